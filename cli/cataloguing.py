@@ -67,7 +67,7 @@ def add(
         bool,
         options.option(
             "Replace captures of the same names; words, tags and events that no sheet gives "
-            "are kept.",
+            "are kept. Reads known files again where options say how.",
             "--replace",
         ),
     ] = False,

@@ -5,7 +5,8 @@ this role in the skeletons of some program; ``end:NAME`` means the end site of N
 compared without namespace, prefix, case and separators, so that ``mixamorig:LeftUpLeg``,
 ``Neo_LeftUpLeg`` and ``LeftUpLeg`` are equal. Where this finds no body, what nearly all names begin
 or end with (``J_Bip_``, ``robot``, ``Jnt``) and numbers of joints (``.001``) are left out, and a
-side may be spelled in any way and place (``L_UpLeg``, ``UpLegLeft``). The convention with the most
+side may be spelled in any way and place (``L_UpLeg``, ``UpLegLeft``); what many names begin with
+(``J_Bip_``, beside ``J_Sec_`` of hair) is tried as well. The convention with the most
 required roles is taken, then the one with the most roles, then the first; roles that it does not
 find are taken from the others, where the joint hangs where it should. :func:`joint_map` refuses a
 skeleton without hips, knees, ankles, shoulders, elbows and a neck, and lists its joints.
@@ -22,7 +23,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from types import MappingProxyType
 
 import numpy as np
@@ -56,6 +57,8 @@ _PREFIX = re.compile(
 _SEPARATORS = re.compile(r"[\s_.\-]")
 _SPACE = re.compile(r".*[:|]")  # Namespaces, and the joints above in a path
 _NUMBERS = (re.compile(r"^[\s_.\-]*[0-9]+"), re.compile(r"[0-9]+[\s_.\-]*$"))
+_BETWEEN = re.compile(r"[\s_.\-]+")
+_NUMBER = re.compile(r"[0-9]+")
 _MOST = 0.8  # Share of the joints that have in common what names none: a root may lack it
 _MAX_LISTED = 40  # Joints that a message lists: those of a body without fingers
 
@@ -100,6 +103,16 @@ Xsens: left right
     l5 t12 neck head *upperleg *lowerleg *foot *toe *upperarm *forearm *hand
 Rokoko: left right
     spine1 spine3 neck head *thigh *shin *foot *toe *arm *forearm *hand
+OptiTrack: l r
+    ab chest neck head *thigh *shin *foot *toe *uarm *farm *hand
+Daz Genesis 3 and 8: l r
+    abdomenupper chestupper necklower head *thighbend *shin *foot *toe *shldrbend *forearmbend *hand
+Daz Genesis 9: l r
+    spine2 spine4 neck1 head *thigh *shin *foot *toes *upperarm *forearm *hand
+MikuMikuDance: 左 右
+    上半身 上半身2 首 頭 *足 *ひざ *足首 *つま先 *腕 *ひじ *手首
+German: links rechts
+    bauch brust hals kopf *oberschenkel *unterschenkel *fuss *zehen *oberarm *unterarm *hand
 SOMA: left right
     spine1 chest neck1 head *leg *shin *foot *toebase *arm *forearm *hand
 motiondb: l r
@@ -130,8 +143,8 @@ _SPELT = MappingProxyType(
         for end in ("", "end:")
         for part in set(re.findall(r"[a-z0-9]+", _TABLE.replace("end:", "")))
         for side, words in (
-            ("l", "l left lft"),
-            ("r", "r right rgt"),
+            ("l", "l left lft links"),
+            ("r", "r right rgt rechts"),
             ("", "c m center centre mid"),
         )
         for word in words.split()
@@ -206,12 +219,14 @@ def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> 
     numbers = _numbers([normalised(name) for name in skeleton.names], skeleton)
     conventions = CONVENTIONS
     best, chosen = _best_convention(numbers, conventions)
-    if any(role not in chosen for role in REQUIRED):
-        plain = _numbers([_SPELT.get(n, n) for n in _without_shared(skeleton.names)], skeleton)
+    for read in _read_otherwise(skeleton.names):
+        if all(role in chosen for role in REQUIRED):
+            break
+        plain = _numbers([_SPELT.get(name, name) for name in read], skeleton)
         other, found = _best_convention(plain, _SIDES_FIRST)
         if _worth(found) > _worth(chosen):
             best, chosen, numbers, conventions = other, found, plain, _SIDES_FIRST
-    roles = {role: _of_equals(role, joints) for role, joints in chosen.items()}
+    roles = {role: _of_equals(role, joints, skeleton) for role, joints in chosen.items()}
     if any(role not in chosen for role in REQUIRED):
         robot = robot_roles(skeleton)
         if _worth(robot) > _worth(chosen):
@@ -255,13 +270,17 @@ def _numbers(names: Sequence[str], skeleton: Skeleton) -> Numbers:
 def _best_convention(
     numbers: Numbers, conventions: Mapping[str, Roles]
 ) -> tuple[str, dict[str, list[int]]]:
-    """Return the convention that fits best, and the joints of each of its roles."""
+    """Return the convention that fits best, and the joints of its roles; any names the neck."""
     maps = {
         name: {role: numbers[joint] for role, joint in roles.items() if joint in numbers}
         for name, roles in conventions.items()
     }
     best = max(maps, key=lambda name: _worth(maps[name]))
-    return best, maps[best]
+    found = maps[best]
+    necks = (numbers.get(names["neck"]) for names in conventions.values())
+    if "neck" not in found and (neck := next(filter(None, necks), None)):
+        found["neck"] = neck
+    return best, found
 
 
 def _worth(found: Mapping[str, object]) -> tuple[int, int]:
@@ -289,6 +308,23 @@ def _without_shared(names: Sequence[str]) -> list[str]:
     return [normalised(name) for name in left]
 
 
+def _read_otherwise(names: Sequence[str]) -> Iterator[list[str]]:
+    """Yield normalised names without what most share, or many begin with, or without numbers.
+
+    Of bones in several pieces, only the first is named in the last of these.
+
+    >>> list(_read_otherwise(["UpperLeg01.L", "UpperLeg02.L", "Neck"]))[-1]
+    ['upperlegl', '', 'neck']
+    """
+    yield _without_shared(names)
+    begun = Counter(name[: end.end()] for name in names for end in _BETWEEN.finditer(name))
+    for begin, count in begun.most_common():
+        if count >= len(REQUIRED):
+            yield _without_shared([name.removeprefix(begin) for name in names])
+    plain = [_NUMBER.sub("", name) for name in _without_shared(names)]
+    yield [name if name not in plain[:n] else "" for n, name in enumerate(plain)]
+
+
 def _shared(names: Sequence[str]) -> str:
     """Return the longest text that most names begin with."""
     shared = ""
@@ -300,12 +336,20 @@ def _shared(names: Sequence[str]) -> str:
         shared = text
 
 
-def _of_equals(role: str, joints: Sequence[int]) -> int:
-    """Of joints with one name the last for a role near the trunk, whose upper joint may share it.
+def _of_equals(role: str, joints: Sequence[int], skeleton: Skeleton) -> int:
+    """Of joints with one name the nearest to the root, or the one below it near the trunk.
 
-    A collar is called like the arm, a hip like the thigh; but a toe like the foot above it.
+    A collar is called like the arm, a hip like the thigh; but a toe like the foot above it. Others
+    are those of a second body.
     """
-    return joints[-1 if role.rpartition("_")[2] in ("shoulder", "hip", "neck", "chest") else 0]
+
+    def depth(joint: int) -> int:
+        return 0 if joint < 0 else 1 + depth(int(skeleton.parents[joint]))
+
+    first = min(joints, key=depth)
+    if role.rpartition("_")[2] not in ("shoulder", "hip", "neck", "chest"):
+        return first
+    return next((joint for joint in joints[1:] if skeleton.parents[joint] == first), first)
 
 
 def same_names(skeleton: Skeleton, roles: Mapping[str, int]) -> tuple[str, ...]:
@@ -440,5 +484,5 @@ def _read_user_map(user_map: Mapping[str, str], skeleton: Skeleton) -> dict[str,
                 f"joint map: expected a joint of the skeleton for {role}, found {name!r}."
                 + suggestion(name, ends if end else skeleton.names)
             )
-        chosen[role] = _of_equals(role, found)
+        chosen[role] = _of_equals(role, found, skeleton)
     return chosen

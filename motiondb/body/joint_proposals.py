@@ -109,7 +109,8 @@ def _read(name: str) -> tuple[str, str, bool]:
     own = name.rpartition(":")[2]
     words = [word.lower() for word in _WORDS.findall(own)]
     sides = [_SIDES[word] for word in words if word in _SIDES]
-    if own[:1] in tuple("lrLR") and (not sides or own[1:2].isupper()):  # lfemur, LUArm, LFArm
+    own = re.split(r"[\s_.\-|]", own)[-1]
+    if own[:1] in tuple("lrLR") and (not sides or own[1:2].isupper()):  # lfemur, Ana_LUArm, LFArm
         rest = [word.lower() for word in _WORDS.findall(own[1:])]
         if any("".join(rest) in means for means in MEANINGS.values()):
             return own[0].lower(), " ".join(rest), True

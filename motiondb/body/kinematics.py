@@ -1,4 +1,4 @@
-"""Forward kinematics and two-bone inverse kinematics on any skeleton.
+"""Forward kinematics, two-bone inverse kinematics, and other worlds, on any skeleton.
 
 Forward kinematics is many small steps over all frames. There each component (w, x, y, z) is one row
 of memory, not one column: this takes half the time and gives the same numbers to the last bit.
@@ -7,6 +7,7 @@ of memory, not one column: this takes half the time and gives the same numbers t
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -173,3 +174,27 @@ def two_bone(
     upper = rotation.between(upper_bone, new_knee - hip)
     lower = rotation.between(lower_bone, new_ankle - new_knee)
     return upper, lower
+
+
+def as_asked(
+    clip: Clip, up: str, mirror_world: bool, swap_names: Sequence[int] | IntArray | None
+) -> Clip:
+    """Return a clip with an axis up, from a left-handed world, or with other joints' names."""
+    skeleton = clip.skeleton
+    if swap_names is not None:
+        names = tuple(skeleton.names[other] for other in swap_names)
+        skeleton = replace(skeleton, names=names)
+    clip = replace(clip, skeleton=skeleton, up=up or clip.up)
+    if not mirror_world:
+        return clip
+    axis = 2 if clip.up[-1:] == "x" else 0  # any axis along the ground
+    flip = np.where(np.arange(3) == axis, -1.0, 1.0)
+    moved = clip.joint_positions
+    ends = tuple((j, tuple((flip * place).tolist())) for j, place in skeleton.end_sites)
+    return replace(
+        clip,
+        skeleton=replace(skeleton, offsets=skeleton.offsets * flip, end_sites=ends),
+        local_rotations=clip.local_rotations * np.array([1.0, *-flip]),
+        root_positions=clip.root_positions * flip,
+        joint_positions=None if moved is None else moved * flip,
+    )

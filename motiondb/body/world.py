@@ -14,7 +14,8 @@ left is right, the names of the sides are exchanged, or the file's axes are left
 
 **Units** in use differ by a factor of 2.2 or more, so the size of the body tells them apart: legs
 between 0.56 m and 1.23 m (1.15 m to 2.5 m of height) are read rightly. A small child in centimetres
-may be mistaken for a person in inches. Where root and bones have different units, the feet slide.
+may be mistaken for a person in inches, with a note from 0.95 m of height on. Where root and bones
+have different units, the feet slide.
 
 **Rates** are found from frame times of few digits: 0.033 s is what 30 frames a second round to.
 """
@@ -31,8 +32,9 @@ import numpy as np
 
 from motiondb.body import body, rotation
 from motiondb.body.joint_names import joint_map
+from motiondb.body.kinematics import is_below
 from motiondb.errors import SkeletonError
-from motiondb.records import Clip, FloatArray, IntArray, Skeleton
+from motiondb.records import Clip, FloatArray, Skeleton
 
 _I = body.INDEX
 UPS = ("y", "z", "x", "-y", "-z", "-x")
@@ -62,15 +64,22 @@ _STILL, _NEAR, _LEVEL = 0.3, 0.1, 0.15
 its frame, which is this near to the take's ground (metres)."""
 _SAMPLES = 3000  # Frames that are looked at: more change no score
 _UPRIGHT = 0.9  # Cosine with an axis above which a rest pose stands along it
-_AHEAD, _BEND = -0.3, -0.01
-"""Medians below which toes point backwards (cosine) and knees bend backwards (shares of the leg).
-Of 540 real captures toes are at -.11 (feet of converted files that point anywhere) to .99, knees
-above 0."""
+_AHEAD, _BEND, _STRAIGHT = -0.3, -0.01, 0.01
+"""Medians below which toes point backwards (cosine), and knees bend backwards or stay straight
+(shares of the leg). Of 565 real captures one of the toes is at .65 or more, the knees of three that
+stand at -.04 to -.01, of the others above 0."""
+_UNLIKE, _LONGER = 1.25, 1.5
+"""Ratios of the lengths of a bone on both sides, and of a shin or forearm to the bone above: 1.19
+and 1.24 at most in 565 real captures."""
 _CROSSED = MappingProxyType(
     {"knee": -0.02, "ankle": -0.13, "shoulder": -0.02, "elbow": -0.02, "wrist": -0.05}
 )
 """Metres by which a left joint is right of the other in the median where names are exchanged: in
 540 real captures knees, shoulders, elbows and wrists are at least .06 m left, ankles reach -.12."""
+_BONES = (
+    *(("hip", "knee"), ("knee", "ankle"), ("ankle", "toe")),
+    *(("shoulder", "elbow"), ("elbow", "wrist")),
+)
 _TOE_HEIGHT = 0.02  # Metres of the toe joint over the ground in a flat stance
 _SECONDS = 0.5  # Of feet on the ground: less shows no steps
 _STEP, _ALIKE, _SLIDES = 0.5, 0.9, (0.9, 4.0)
@@ -102,13 +111,15 @@ TYPICAL_LEG = 0.83
 """Hip to ankle of an adult, metres: half of a height of 1.70 m, less the height of the ankle."""
 TYPICAL_CHAIN = 1.15
 """Longest chain of bones from the root (to a hand or a foot) of an adult, metres."""
-DOUBTFUL = 1.6
-"""A body larger or smaller than typical by this ratio is noted. Legs of 0.52 m to 1.33 m pass: this
-covers adults and children from about six years."""
+_USUAL_SIZES = (1 / 1.6, 1.4)
+"""Ratios to the typical size outside which a body is noted. Legs of 0.52 m to 1.16 m pass: this
+covers adults and children from about six years. A smaller child in centimetres would be a giant in
+inches; 540 real captures are at .91 to 1.18."""
 _DOUBTFUL_UNIT = 2.2
 """A body larger or smaller than typical by this ratio is not believed to be in the unit that its
 file names: the units in use differ by more."""
 _MEANT = (0.001, 0.01, INCH, 0.3048, 1.0)  # Metres of the units that a file may mean
+_ABSURD = 1e3  # Ratio to the typical size of what is no body, not even of an animal
 _SCALED = (1e-4, 1e-3, 1e-2, 0.1, 10.0, 100.0, 1e3, 1e4)
 """Factors by which lengths may be scaled once too often or too seldom."""
 
@@ -125,6 +136,9 @@ _FEW_DIGITS = 5e-5
 written with five digits or more, and 29.97 lies ten times as far from 30."""
 
 
+_UNITS_DIFFER = (
+    "The root may have another unit than the bones. Export the capture again with one unit."
+)
 _ADVICE = "Give the axis (--up) if this is wrong."
 AS_OTHERS = "{up} is taken for up, as in other captures of this skeleton. " + _ADVICE
 """The note where captures of one skeleton decided together."""
@@ -270,30 +284,6 @@ def _held(points: FloatArray, fps: float) -> tuple[dict[str, float], dict[str, f
     return shares, lows
 
 
-def as_asked(
-    clip: Clip, up: str, mirror_world: bool, swap_names: Sequence[int] | IntArray | None
-) -> Clip:
-    """Return a clip with an axis up, from a left-handed world, or with other joints' names."""
-    skeleton = clip.skeleton
-    if swap_names is not None:
-        names = tuple(skeleton.names[other] for other in swap_names)
-        skeleton = replace(skeleton, names=names)
-    clip = replace(clip, skeleton=skeleton, up=up or clip.up)
-    if not mirror_world:
-        return clip
-    axis = 2 if clip.up[-1:] == "x" else 0  # any axis along the ground
-    flip = np.where(np.arange(3) == axis, -1.0, 1.0)
-    moved = clip.joint_positions
-    ends = tuple((j, tuple((flip * place).tolist())) for j, place in skeleton.end_sites)
-    return replace(
-        clip,
-        skeleton=replace(skeleton, offsets=skeleton.offsets * flip, end_sites=ends),
-        local_rotations=clip.local_rotations * np.array([1.0, *-flip]),
-        root_positions=clip.root_positions * flip,
-        joint_positions=None if moved is None else moved * flip,
-    )
-
-
 def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
     """Note sides whose names contradict the body; joints (frames, 21, 3), y up."""
     left = points[:, _I["l_hip"]] - points[:, _I["r_hip"]]
@@ -316,6 +306,11 @@ def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
             "Both toes are nearer to the other ankle for most of the take: the names of the toes "
             "look exchanged. Name them with --joint-map, or rename the markers.",
         )
+    if unlike := _unlike_bones(points, has_toes):
+        return (
+            f"The way {unlike}: names of joints or markers look exchanged. Name them with "
+            "--joint-map, or rename the markers, if this is wrong.",
+        )
     toes, knees = [], []
     for side in "lr":
         hip, knee, ankle, toe = (
@@ -325,13 +320,30 @@ def side_notes(points: FloatArray, has_toes: bool) -> tuple[str, ...]:
         size = np.linalg.norm(leg, axis=-1, keepdims=True)
         toes.append(_median(rotation.normalize(toe - ankle), _ahead(left, knee - ankle)))
         knees.append(_median((knee - (hip + ankle) / 2.0) / size, _ahead(left, leg)))
-    if max(knees) > _BEND or (has_toes and max(toes) > _AHEAD):
+    if max(knees) > (_STRAIGHT if has_toes else _BEND) or (has_toes and max(toes) > _AHEAD):
         return ()
     return (
         "Knees bend and toes point backwards for the sides that the joints name. Either "
         "the axes are left-handed (--mirror-world), or the names of left and right are exchanged "
         "(--swap-sides): as all sides agree, the motion alone cannot show which.",
     )
+
+
+def _unlike_bones(points: FloatArray, has_toes: bool) -> str:
+    """Say which bone differs from that on the other side, or is too long for the one above it."""
+    upper = math.inf
+    for above, below in _BONES if has_toes else [bone for bone in _BONES if bone[1] != "toe"]:
+        ways = (points[:, _I[f"{s}_{above}"]] - points[:, _I[f"{s}_{below}"]] for s in "lr")
+        left, right = (float(np.nanmedian(np.linalg.norm(way, axis=1))) for way in ways)
+        if max(left, right) > _UNLIKE * min(left, right):
+            return (
+                f"from {above} to {below} is {left / right:.2g} times as long on the left as on "
+                "the right"
+            )
+        if below in ("ankle", "wrist") and min(left, right) > _LONGER * upper:
+            return f"from {above} to {below} is much longer than the bone above it on both sides"
+        upper = max(left, right)
+    return ""
 
 
 def _ahead(left: FloatArray, up: FloatArray) -> FloatArray:
@@ -400,15 +412,11 @@ def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str
             if not ratio and is_fixed and np.std(sinks) > _SINK:
                 ratio = f"{speed / swing:.1g}"
     if not ratio and _is_pinned(hips, feet - hips[:, None]):
-        return (
-            "The hips stay where they are while both feet swing below them: the root may have "
-            "another unit than the bones. Export the capture again with one unit.",
-        )
+        return ("The hips stay where they are while both feet swing below them. " + _UNITS_DIFFER,)
     if not ratio:
         return ()
     return (
-        f"The root travels {ratio} times as far as the feet carry it: they slide. The root may "
-        "have another unit than the bones. Export the capture again with one unit.",
+        f"The root travels {ratio} times as far as the feet carry it: they slide. {_UNITS_DIFFER}",
     )
 
 
@@ -431,7 +439,11 @@ def angle_notes(clip: Clip) -> tuple[str, ...]:
     turned = math.degrees(2.0 * math.acos(min(float(cosines), 1.0)))
     travel = np.ptp(clip.root_positions, axis=0).max(initial=0.0)
     moved = clip.joint_positions
-    if moved is not None and np.ptp(moved[:, 1:], axis=0).max(initial=0.0) > _MOVED:
+    turns = np.ptp(clip.local_rotations, axis=0).max(initial=0.0)
+    places = 0.0 if moved is None else np.ptp(moved[:, 1:], axis=0).max(initial=0.0)
+    if clip.n_frames > 1 and max(turns, travel, places) < _MOVED:
+        return ("Nothing moves in the whole take. Export it again if it is more than a pose.",)
+    if places > _MOVED:
         return ()  # a motion of positions alone
     if turned >= _RADIANS or (turned < _NO_ANGLE and travel < _TRAVELS):
         return ()
@@ -445,15 +457,12 @@ def find_unit(
     skeleton: Skeleton, joint_positions: FloatArray | None = None
 ) -> tuple[float, tuple[str, ...]]:
     """Estimate the length unit of a skeleton from the size of its body, with notes."""
-    offsets = skeleton.offsets
-    if joint_positions is not None:
-        offsets = np.median(joint_positions[:: max(1, len(joint_positions) // 100)], axis=0)
-    size, typical = body_size(skeleton, np.linalg.norm(offsets, axis=-1))
+    size, typical = body_size(skeleton, _bone_lengths(skeleton, joint_positions))
     if not 1e-9 < size < 1e9:
         return 1.0, ("The skeleton has no size; its unit is taken to be the metre.",)
     unit = min(UNITS.values(), key=lambda metres: abs(math.log(size * metres / typical)))
     ratio = size * unit / typical
-    if not 1 / DOUBTFUL < ratio < DOUBTFUL:
+    if not _USUAL_SIZES[0] < ratio < _USUAL_SIZES[1]:
         return unit, (
             f"The length unit is a guess ({unit:.4g} m): the body would be {ratio:.2g} times "
             "the usual size. Give the unit if it matters.",
@@ -472,9 +481,11 @@ def checked_unit(unit: float, size: float, typical: float) -> tuple[float, tuple
     likely = (*_MEANT, *(unit * factor for factor in _SCALED))
     meant = min(likely, key=lambda metres: abs(math.log(size * metres / typical)))
     if not fits(size * meant / typical):
-        return unit, (
+        is_absurd = not 1 / _ABSURD < ratio < _ABSURD
+        return typical / size if is_absurd else unit, (
             f"In the file's unit ({unit:.4g} m) the body is {ratio:.2g} times the usual size, and "
-            "no other unit fits. Give the unit if it is wrong.",
+            f"no other unit fits{'; the usual size is taken' * is_absurd}. Give the unit if it is "
+            "wrong.",
         )
     return meant, (
         f"The file says that its unit is {unit:.4g} m; the body would be {ratio:.2g} times the "
@@ -489,10 +500,8 @@ def fits(ratio: float) -> bool:
 
 def asked_unit_notes(clip: Clip) -> tuple[str, ...]:
     """Note a body, in a unit that was asked for, that is no person's."""
-    lengths = clip.skeleton.offsets
-    if clip.joint_positions is not None:
-        lengths = np.median(clip.joint_positions[:: max(1, clip.n_frames // 100)], axis=0)
-    size, typical = body_size(clip.skeleton, np.linalg.norm(lengths, axis=-1))
+    lengths = _bone_lengths(clip.skeleton, clip.joint_positions)
+    size, typical = body_size(clip.skeleton, lengths)
     if fits(size / typical):
         return ()
     return (
@@ -501,20 +510,25 @@ def asked_unit_notes(clip: Clip) -> tuple[str, ...]:
     )
 
 
+def _bone_lengths(skeleton: Skeleton, joint_positions: FloatArray | None) -> FloatArray:
+    """Return the length of the bone of each joint, file units, in the median of some frames."""
+    offsets = skeleton.offsets
+    if joint_positions is not None:
+        offsets = np.median(joint_positions[:: max(1, len(joint_positions) // 100)], axis=0)
+    return np.asarray(np.linalg.norm(offsets, axis=-1))
+
+
 def body_size(skeleton: Skeleton, lengths: FloatArray) -> tuple[float, float]:
     """Return the size of the body in file units, and the same size of an adult in metres."""
     try:
         roles = joint_map(skeleton)
     except SkeletonError:
         roles = {}
-    legs = []
-    for side in "lr" if roles else "":
-        leg = _path_length(skeleton, lengths, roles[f"{side}_ankle"], roles[f"{side}_hip"])
-        if leg > 0:
-            legs.append(leg)
-    if legs:
-        return float(np.mean(legs)), TYPICAL_LEG
     chains = _chain_lengths(skeleton, lengths)
+    ways = [(roles[f"{side}_ankle"], roles[f"{side}_hip"]) for side in ("lr" if roles else "")]
+    legs = [chains[a] - chains[h] for a, h in ways if h >= 0 and is_below(skeleton.parents, a, h)]
+    if any(leg > 0.0 for leg in legs):
+        return float(np.mean([leg for leg in legs if leg > 0.0])), TYPICAL_LEG
     ends = [chains[joint] + math.hypot(*offset) for joint, offset in skeleton.end_sites]
     return max([*chains, *ends]), TYPICAL_CHAIN
 
@@ -525,18 +539,6 @@ def _chain_lengths(skeleton: Skeleton, lengths: FloatArray) -> list[float]:
     for parent, length in zip(skeleton.parents.tolist(), lengths.tolist()):
         chains.append(chains[parent] + length if parent >= 0 else 0.0)
     return chains
-
-
-def _path_length(skeleton: Skeleton, lengths: FloatArray, joint: int, above: int) -> float:
-    """Return the length of the bones from joint ``above`` to a joint; 0 if it is not above."""
-    total = 0.0
-    while joint != above:
-        parent = int(skeleton.parents[joint]) if joint >= 0 else -1
-        if parent < 0:
-            return 0.0
-        total += float(lengths[joint])
-        joint = parent
-    return total
 
 
 def find_rate(seconds: float, written: str = "") -> tuple[float, tuple[str, ...]]:

@@ -294,7 +294,7 @@ def _is_motion(path: Path, ending: str) -> bool:
         return opensim_head.is_angles(start)
     if ending == ".csv":
         return first_bytes.is_robot_csv(start)
-    return first_bytes.is_robot_pickle(start)
+    return first_bytes.is_motion_pickle(start)
 
 
 def _begins_with(stem: str, name: str) -> bool:

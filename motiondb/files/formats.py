@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from motiondb.body.joint_names import mirror_joints
-from motiondb.body.world import as_asked, asked_unit_notes
+from motiondb.body.kinematics import as_asked
+from motiondb.body.world import asked_unit_notes
 from motiondb.errors import CaptureError
 from motiondb.files.folder import (
     CAPTURE_ENDINGS,
@@ -24,8 +25,11 @@ from motiondb.files.folder import (
     WITH_TAKES,
     skeleton_path,
 )
+from motiondb.files.json_text import JSONError, parse_json
 from motiondb.files.limits import (
     AS_USUAL,
+    MAX_FPS,
+    MIN_FPS,
     ReadOptions,
     SkeletonFile,
     check_clip_size,
@@ -40,6 +44,7 @@ from motiondb.records import Clip, Event
 if TYPE_CHECKING:
     from motiondb.files.readers.markers import MarkerTracks
 
+_MAX_BESIDE = 1_000_000  # Bytes of a JSON beside a table
 _UNIT_LENGTH = 1e-3
 """How far the square of a quaternion's length may be from 1. Normalised ones are within 1e-15; a
 larger difference comes from numbers that overflowed."""
@@ -126,6 +131,7 @@ def read_capture(
         mirror_world=mirror_world,
         swap_sides=swap_sides,
     )
+    options = with_rate_beside(path, options)
     beside = skeleton_path(path, skeleton)
     return read_capture_bytes(
         read_file(path, options),
@@ -277,6 +283,21 @@ def read_file(path: Path, options: ReadOptions) -> bytes:
     except OSError as error:
         reason = (error.strerror or "an error").lower()
         raise CaptureError(path, f"expected a readable file, found: {reason}.") from error
+
+
+def with_rate_beside(path: Path, options: ReadOptions) -> ReadOptions:
+    """Return options with the frame rate of the JSON that `export --onto` writes beside a CSV."""
+    said = path.with_suffix(".json")
+    if options.fps is not None or path.suffix.lower() != ".csv" or not is_file(said):
+        return options
+    try:
+        content = parse_json(read_file(said, options), _MAX_BESIDE)
+    except (CaptureError, JSONError, UnicodeDecodeError):
+        return options
+    fps = content.get("fps") if isinstance(content, dict) and "columns" in content else None
+    if not isinstance(fps, float | int) or not MIN_FPS <= fps <= MAX_FPS:
+        return options
+    return replace(options, fps=float(fps))
 
 
 def read_skeleton(path: Path, options: ReadOptions) -> bytes:

@@ -139,7 +139,9 @@ def check_rate(
 
 
 def check_file_size(n_bytes: int, path: object, limits: ReadLimits) -> None:
-    """Refuse a file that is too large to be opened."""
+    """Refuse a file that is empty, or too large to be opened."""
+    if n_bytes == 0:
+        raise CaptureError(path, "expected a capture, found an empty file. Export it again.")
     if n_bytes > limits.file_bytes:
         raise CaptureError(
             path,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 
 import numpy as np
@@ -91,6 +92,21 @@ SPELLINGS = {
     "SOMA": """Root Hips Spine1 Spine2 Chest Neck1 Neck2 Head HeadEnd LeftShoulder LeftArm
         LeftForeArm LeftHand RightShoulder RightArm RightForeArm RightHand LeftLeg LeftShin LeftFoot
         LeftToeBase LeftToeEnd RightLeg RightShin RightFoot RightToeBase RightToeEnd""",
+    "OptiTrack": """Hip Ab Chest Neck Head LShoulder LUArm LFArm LHand RShoulder RUArm RFArm RHand
+        LThigh LShin LFoot LToe RThigh RShin RFoot RToe""",
+    "Daz Genesis 3 and 8": """hip pelvis lThighBend lThighTwist lShin lFoot lToe rThighBend
+        rThighTwist rShin rFoot rToe abdomenLower abdomenUpper chestLower chestUpper lCollar
+        lShldrBend lShldrTwist lForearmBend lForearmTwist lHand rCollar rShldrBend rShldrTwist
+        rForearmBend rForearmTwist rHand neckLower neckUpper head""",
+    "Daz Genesis 9": """hip pelvis l_thigh l_thightwist1 l_shin l_foot l_toes r_thigh r_thightwist1
+        r_shin r_foot r_toes spine1 spine2 spine3 spine4 l_shoulder l_upperarm l_forearm l_hand
+        r_shoulder r_upperarm r_forearm r_hand neck1 neck2 head""",
+    "MikuMikuDance": """センター 上半身 上半身2 首 頭 左肩 左腕 左ひじ 左手首 右肩 右腕
+        右ひじ 右手首 下半身 左足 左ひざ 左足首 左つま先 右足 右ひざ 右足首 右つま先""",
+    "German": """Becken Bauch Brust Hals Kopf LinksSchulter LinksOberarm LinksUnterarm LinksHand
+        RechtsSchulter RechtsOberarm RechtsUnterarm RechtsHand LinksOberschenkel
+        LinksUnterschenkel LinksFuss LinksZehen RechtsOberschenkel RechtsUnterschenkel RechtsFuss
+        RechtsZehen""",
     "motiondb": " ".join(body.JOINTS),
 }
 
@@ -233,6 +249,10 @@ DECORATED = {
     "small letters alone": [f"actor{name.lower()}" for name in MIXAMO],
     "other numbers before": [f"{n:02}_{name}" for n, name in enumerate(MIXAMO)],
     "a name and other numbers": [f"Ana_{n}_{name}" for n, name in enumerate(MIXAMO)],
+    "words before some": [
+        *(f"Ana_Rig_{name}" for name in MIXAMO),
+        *(f"Hair_{n}" for n in range(30)),
+    ],
     "a path": [f"|Bob|{name}" for name in MIXAMO],
     "sides elsewhere": [
         name.replace("Left", "L_").replace("Right", "R_") for name in (f"J_{m}" for m in MIXAMO)
@@ -246,7 +266,7 @@ DECORATED = {
 @pytest.mark.parametrize("how", DECORATED)
 def test_what_all_names_share_is_no_part_of_them(how: str) -> None:
     names = DECORATED[how]
-    extra = len(names) - len(MIXAMO)
+    extra = next(n for n, name in enumerate(names) if "hips" in name.lower())
     skeleton = Skeleton(tuple(names), np.arange(len(names)) - 1, np.zeros((len(names), 3)))
     plain = Skeleton(tuple(MIXAMO), np.arange(len(MIXAMO)) - 1, np.zeros((len(MIXAMO), 3)))
     wanted = {role: joint + extra for role, joint in joint_map(plain).items()}
@@ -311,6 +331,51 @@ def test_of_two_joints_with_one_name_the_right_one_is_taken_and_told(
     note, *_ = same_names(skeleton, roles)
     assert note.startswith("2 joints are called ")
     assert role in note
+
+
+@pytest.mark.parametrize(
+    ("leg", "arm"),
+    [("UpperLeg{:02}.{} LowerLeg{:02}.{}", "UpperArm{:02}.{} LowerArm{:02}.{}"),
+     ("{1}Hip{0} {1}Knee{0}", "{1}Shoulder{0} {1}Elbow{0}")],
+)  # fmt: skip
+def test_of_a_bone_in_two_pieces_the_upper_one_is_taken(leg: str, arm: str) -> None:
+    names, parents = ["Hips", "Spine", "Neck"], [-1, 0, 1]
+    for side, (limb, end, above) in itertools.product("LR", ((leg, "Foot", 0), (arm, "Hand", 1))):
+        upper, lower = limb.replace("{1}", side).replace(".{}", f".{side}").split()
+        for name in (upper, lower):
+            for piece in (1, 2):
+                names.append(name.format(piece))
+                parents.append(above if (name, piece) == (upper, 1) else len(names) - 2)
+        names.append(f"{end}.{side}" if "." in upper else side + end.replace("Foot", "Ankle"))
+        parents.append(len(names) - 2)
+    offsets = np.full((len(names), 3), 0.1)
+    roles = joint_map(Skeleton(tuple(names), np.array(parents), offsets))
+    for role in ("l_hip", "l_knee", "r_shoulder", "r_elbow"):
+        assert "1" in names[roles[role]], (role, names[roles[role]])
+
+
+def test_the_neck_may_be_called_as_in_another_program() -> None:
+    names = SPELLINGS["Unreal"].replace("neck_01", "Neck")
+    roles = joint_map(skeleton(names))
+    assert names.split()[roles["neck"]] == "Neck"
+
+
+def test_of_two_bodies_with_the_same_names_the_one_near_the_root_is_taken() -> None:
+    """A puppet hangs from a hand, and comes before the legs in the file."""
+    one = chain()
+    hand = body.INDEX["l_wrist"]
+    order = [*range(hand + 1)], [*range(hand + 1, 21)]
+    puppet = np.where(body.PARENTS > 0, body.PARENTS + hand, hand)[1:]
+    after = np.where(body.PARENTS[order[1]] > hand, body.PARENTS[order[1]] + 20, 0)
+    known = np.where(body.PARENTS[order[1]] <= hand, body.PARENTS[order[1]], after)
+    skeleton = Skeleton(
+        (*one.names[: hand + 1], *one.names[1:], *one.names[hand + 1 :]),
+        np.concatenate([body.PARENTS[: hand + 1], puppet, known]),
+        np.concatenate([one.offsets[: hand + 1], one.offsets[1:] * 0.2, one.offsets[hand + 1 :]]),
+    )
+    at = [*range(hand + 1), *range(hand + 21, 41)]
+    roles = joint_map(skeleton)
+    assert [roles[role] for role in REQUIRED] == [at[body.INDEX[role]] for role in REQUIRED]
 
 
 def test_ends_and_the_trunk_are_found_under_names_of_other_programs() -> None:

@@ -61,8 +61,9 @@ LETTERS = {
 }
 
 
+@pytest.mark.parametrize("before", ["", "Ana_"])
 @pytest.mark.parametrize("style", LETTERS)
-def test_both_sides_get_the_same_words(style: str) -> None:
+def test_both_sides_get_the_same_words(style: str, before: str) -> None:
     arm, leg = (words.split() for words in LETTERS[style])
     names = list(body.JOINTS)
     for side in "lr":
@@ -71,7 +72,7 @@ def test_both_sides_get_the_same_words(style: str) -> None:
             (("hip", "knee", "ankle"), leg),
         ):
             for part, word in zip(parts, words, strict=True):
-                names[body.INDEX[f"{side}_{part}"]] = side.upper() + word
+                names[body.INDEX[f"{side}_{part}"]] = before + side.upper() + word
         names[body.INDEX[f"{side}_collar"]] = f"{side.upper()}Shoulder"
     proposed = propose_map(replace(body.standard_skeleton(), names=tuple(names)))
     for side in "lr":

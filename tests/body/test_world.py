@@ -134,23 +134,25 @@ def test_a_mirror_image_and_exchanged_names_are_told_and_mended() -> None:
     assert retarget.to_motion(clip).notes == ()
     partners = body.MIRROR
     for flipped in (
-        world.as_asked(clip, "", True, None),
-        world.as_asked(clip, "", False, partners),
+        kinematics.as_asked(clip, "", True, None),
+        kinematics.as_asked(clip, "", False, partners),
     ):
         (note,) = retarget.to_motion(flipped).notes
         assert "--mirror-world" in note
         assert "--swap-sides" in note
-    back = world.as_asked(world.as_asked(clip, "", True, None), "", True, None)
+    back = kinematics.as_asked(kinematics.as_asked(clip, "", True, None), "", True, None)
     np.testing.assert_allclose(back.world_positions(), clip.world_positions(), atol=1e-12)
-    mended = world.as_asked(world.as_asked(clip, "", False, partners), "", False, partners)
+    mended = kinematics.as_asked(
+        kinematics.as_asked(clip, "", False, partners), "", False, partners
+    )
     assert mended.joint_names == clip.joint_names
-    mirrored = world.as_asked(clip, "", True, None).world_positions()
+    mirrored = kinematics.as_asked(clip, "", True, None).world_positions()
     np.testing.assert_allclose(mirrored, clip.world_positions() * [-1.0, 1.0, 1.0], atol=1e-9)
 
 
 def test_a_world_is_mirrored_along_the_ground() -> None:
     clip = walking_clip()
-    mirrored = world.as_asked(clip, "x", True, None)
+    mirrored = kinematics.as_asked(clip, "x", True, None)
     np.testing.assert_allclose(
         mirrored.world_positions(), clip.world_positions() * [1.0, 1.0, -1.0], atol=1e-9
     )
@@ -174,6 +176,36 @@ def test_exchanged_toes_are_told() -> None:
     (note,) = world.side_notes(points, True)
     assert note.startswith("Both toes are nearer to the other ankle for most of the take")
     assert world.side_notes(points, False) == ()
+
+
+def test_a_mirrored_world_is_told_where_legs_are_straight() -> None:
+    points = walk()
+    for side in "lr":
+        hip, knee, ankle = (body.INDEX[f"{side}_{part}"] for part in ("hip", "knee", "ankle"))
+        points[:, knee] = (points[:, hip] + points[:, ankle]) / 2.0
+    assert world.side_notes(points, True) == ()
+    mirrored = points * [-1.0, 1.0, 1.0]
+    (note,) = world.side_notes(mirrored, True)
+    assert "--mirror-world" in note
+    assert world.side_notes(mirrored, False) == ()
+
+
+@pytest.mark.parametrize(("one", "other"), [("shoulder", "elbow"), ("knee", "ankle")])
+def test_names_exchanged_along_one_limb_are_told(one: str, other: str) -> None:
+    points = walk()
+    upper, lower = body.INDEX[f"l_{one}"], body.INDEX[f"l_{other}"]
+    points[:, [upper, lower]] = points[:, [lower, upper]]
+    notes = world.side_notes(points, True)
+    assert any("times as long on the left as on the right" in note for note in notes)
+
+
+def test_names_exchanged_along_both_arms_are_told() -> None:
+    points = walk()
+    for side in "lr":
+        upper, lower = body.INDEX[f"{side}_shoulder"], body.INDEX[f"{side}_elbow"]
+        points[:, [upper, lower]] = points[:, [lower, upper]]
+    (note, *_) = world.side_notes(points, True)
+    assert "from elbow to wrist is much longer than the bone above it on both sides" in note
 
 
 def test_feet_that_slide_are_told() -> None:
@@ -242,7 +274,10 @@ def test_radians_read_as_degrees_are_told() -> None:
     assert world.angle_notes(replace(a_clip(), root_positions=root)) == ()
     assert world.angle_notes(replace(a_clip(), local_rotations=radians)) != ()  # it only stands
     still = replace(a_clip(), local_rotations=np.tile(rotation.IDENTITY, (len(turns), 21, 1)))
-    assert world.angle_notes(still) == ()  # a T-pose
+    still = replace(still, root_positions=0.0 * root)  # a T-pose
+    assert world.angle_notes(still)[0].startswith("Nothing moves in the whole take.")
+    one = replace(still, local_rotations=still.local_rotations[:1], root_positions=root[:1])
+    assert world.angle_notes(one) == ()
     travels = replace(still, root_positions=root)
     (note,) = world.angle_notes(travels)
     assert note.startswith("No joint turns by more than 0 degrees in the whole take, and the root ")
@@ -259,9 +294,13 @@ def test_a_unit_that_makes_no_person_is_corrected(said: float, meant: float) -> 
 
 
 def test_a_unit_that_no_other_fits_is_told() -> None:
+    unit, (note,) = world.checked_unit(1.0, 0.085, 0.85)  # a mouse is as it says
+    assert unit == 1.0 or "is taken" in note
     unit, (note,) = world.checked_unit(1.0, 1e-10, 0.85)
-    assert unit == 1.0
-    assert note.endswith("and no other unit fits. Give the unit if it is wrong.")
+    assert unit == pytest.approx(0.85e10)
+    assert note.endswith(
+        "no other unit fits; the usual size is taken. Give the unit if it is wrong."
+    )
 
 
 RATES = [

@@ -51,6 +51,9 @@ def test_doubtful_sizes_are_noted() -> None:
         "The length unit is a guess (1 m): the body would be 3.6 times the usual size. "
         "Give the unit if it matters.",
     )
+    unit, notes = find_unit(body.standard_skeleton(51.0))  # a child of 1.05 m in centimetres
+    assert unit == UNITS["inch"]
+    assert "the body would be 1.6 times the usual size" in notes[0]
     one = Skeleton(names=("a",), parents=np.array([-1]), offsets=np.zeros((1, 3)))
     assert find_unit(one) == (
         1.0,

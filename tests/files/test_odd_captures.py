@@ -61,7 +61,7 @@ def test_changed_npz_files_are_read_and_refused(tmp_path: Path) -> None:
     assert 30 <= n_read <= 90  # the cases are fixed by their seeds
     refused = " ".join(messages)
     for reason in (
-        "expected an array 'poses'", "found NaN or infinity", "expected poses with 3, 4,",
+        "expected arrays of SMPL", "found NaN or infinity", "expected poses with 3, 4,",
         "expected trans of shape", "expected mocap_framerate from", "expected an npz file",
     ):  # fmt: skip
         assert reason in refused, reason

@@ -101,11 +101,10 @@ def add_captures(
             f"are called by the whole name ({', '.join(sorted(shared)[:4])}"
             f"{', ...' if len(shared) > 4 else ''})"
         )
-    asked = (settings.up, settings.mirror_world, settings.swap_sides, settings.unit, settings.fps)
-    if report.known and any(asked):
+    if report.known and settings.is_asked and not settings.replace:
         others.append(
-            f"{len(report.known)} files were there already and were not read again: remove their "
-            "captures first to read them in another way"
+            f"{len(report.known)} files were there already and stay as they were read: --replace "
+            "reads them in another way"
         )
     others += [_takes_note(each, sheets) for each in adding.takes]
     unknown = sheets.unknown({*names, *(name for each in adding.takes for name in each)})
@@ -246,7 +245,7 @@ class _Adding:
         self.left.faulty.update({r.path: r.problem for r in readings if r.problem})
         paths = {reading.name: reading.path for reading in readings}
         with store.reading(opened):  # where nothing is new, nothing is written
-            chosen = _sort_readings(opened, readings, settings.replace)
+            chosen = _sort_readings(opened, readings, settings)
             part = _report_known(opened, sheets, chosen, faults)
             renamed = [(paths[name], known) for name, known in chosen.known if name != known]
             self.left.same.update(renamed)
@@ -276,7 +275,7 @@ class _Adding:
         made = dict[int, loading.OutlineMade]()
         loading.load_outlines(opened)  # keeps them: within a transaction nothing is kept
         with store.transaction(opened):
-            chosen = _sort_readings(opened, readings, settings.replace)
+            chosen = _sort_readings(opened, readings, settings)
             part = _report_known(opened, sheets, chosen, faults)
             if chosen.new or chosen.filled:
                 run_id = self.run_id or _start_run(opened, self.folders, sheets, settings)
@@ -404,8 +403,9 @@ def _save(
 
 
 _GUESS = re.compile(
-    r"--(up|mirror-world|swap-sides|fps)\b|they slide|radians|unit is a guess|if it is wrong"
-    r"|Kept as (?:markers|series)|Lost for long|Another performer|as a copy of them|no motion"
+    r"--(up|mirror-world|swap-sides|fps)\b|they slide|radians|unit is a guess"
+    r"|if (it|this) is wrong|exchanged|more than once|Nothing moves|straight line|no motion"
+    r"|Kept as (?:markers|series)|Lost for long|Another performer|as a copy of them"
 )
 """What a note on the reading of a file says where a person should look at it."""
 
@@ -460,8 +460,14 @@ class _Chosen:
     notes: tuple[str, ...]
 
 
-def _sort_readings(opened: store.Store, readings: Sequence[ReadFile], replacing: bool) -> _Chosen:
-    """Divide the readings into new and known ones by the present database."""
+def _sort_readings(
+    opened: store.Store, readings: Sequence[ReadFile], settings: AddSettings
+) -> _Chosen:
+    """Divide the readings into new and known ones by the present database.
+
+    A known file that was read again, in the way that is asked for, replaces its own capture.
+    """
+    replacing = settings.replace
     digests = store.load_digests(opened)
     names = {*digests.values()}
     new: list[ReadFile] = []
@@ -473,8 +479,10 @@ def _sort_readings(opened: store.Store, readings: Sequence[ReadFile], replacing:
     for reading in readings:
         if reading.source is None:
             continue
-        if reading.source.sha256 in digests:
-            holder = digests[reading.source.sha256]
+        holder = digests.get(reading.source.sha256)
+        if holder == reading.name and settings.reads_again and not reading.is_known:
+            new.append(reading)
+        elif holder is not None:
             known.append((reading.name, holder))
             if replacing and reading.name in names and holder != reading.name:
                 problems.append(

@@ -96,11 +96,22 @@ class AddSettings:
     """Put before the name of every capture, such as "studio2/"."""
     replace: bool = False
     """Replace captures of the same names; captions, tags and events that no sheet gives are
-    kept."""
+    kept. Known files are read again if it is said how (unit, fps, up, sides, joints)."""
     originals: bool = True
     """Keep the files as they are, so that they can be exported bit for bit."""
     check_bytes: bool = False
     """Look at the bytes of files whose size and time of modification are known, too."""
+
+    @property
+    def is_asked(self) -> bool:
+        """Whether files are to be read in another way than as they say."""
+        asked = (self.up, self.mirror_world, self.swap_sides, self.unit, self.fps)
+        return any(asked) or bool(self.joint_map) or self.skip_bad_frames
+
+    @property
+    def reads_again(self) -> bool:
+        """Whether known files are read again, to replace their captures."""
+        return self.replace and self.is_asked
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,7 +161,8 @@ class FileToRead:
         settings, entry = self.settings, self.entry
         fps = entry.fps if entry and entry.fps else settings.fps
         up = entry.up if entry and entry.up else settings.up
-        return extended(ReadOptions, settings, fps=fps, up=up)
+        options = extended(ReadOptions, settings, fps=fps, up=up)
+        return formats.with_rate_beside(self.path, options)
 
     def skeleton(self) -> Path | None:
         """The skeleton file that the capture needs; CaptureError if it is not found."""

@@ -77,7 +77,7 @@ class KnownFiles:
         `there`: Digests of the captures.
         """
         row, (state, options) = self._rows.get(_path(job)), self._now[job.name]
-        if row is None or row.options != options:
+        if row is None or row.options != options or job.settings.reads_again:
             return ()
         readings = _from_text(job, row.readings)
         if not _digests(readings) <= there:

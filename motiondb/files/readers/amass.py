@@ -28,7 +28,7 @@ from motiondb.body import body, kinematics, rotation, world
 from motiondb.body.joint_names import joint_map
 from motiondb.errors import CaptureError
 from motiondb.files.limits import AS_USUAL, ReadOptions, check_clip_size, check_rate
-from motiondb.files.readers.array_files import RATES, frames_left_out, load_npz
+from motiondb.files.readers.array_files import RATES, Arrays, frames_left_out, load_npz
 from motiondb.files.readers.smpl_rotations import joint_numbers, to_rotations
 from motiondb.files.text import quoted
 from motiondb.records import BoolArray, Clip, Skeleton
@@ -97,10 +97,19 @@ def skeleton(unit: float = 1.0) -> Skeleton:
     )
 
 
+KEYS = (*_POSES, *itertools.chain(*_PARTS), *_TRANS, _SCALE, *RATES)
+
+
 def read_amass(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
     """Read the clip in the bytes of an npz file."""
-    wanted = (*_POSES, *itertools.chain(*_PARTS), *_TRANS, _SCALE, *RATES)
-    arrays, names = load_npz(data, path, wanted)
+    arrays, names = load_npz(data, path, KEYS)
+    return read_poses(arrays, names, path, options, len(data))
+
+
+def read_poses(
+    arrays: Arrays, names: tuple[str, ...], path: object, options: ReadOptions, n_bytes: int
+) -> Clip:
+    """Return the clip of poses by the names of arrays; `names`: of all in the file."""
     found = [name for name in _POSES if name in arrays][:1]
     found = found or [next((n for n in part if n in arrays), part[0]) for part in _PARTS]
     if len(found) == 2 and not set(found) <= set(arrays):
@@ -119,7 +128,7 @@ def read_amass(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Cl
             f"expected {trans_name} of shape ({n_frames}, 3) as {found[0]} has {n_frames} frames, "
             f"found {trans.shape}. Export the file again.",
         )
-    check_clip_size(n_frames, N_JOINTS, len(data), path, options.limits)
+    check_clip_size(n_frames, N_JOINTS, n_bytes, path, options.limits)
     fps, rate_notes = (options.fps, ()) if options.fps else _frame_rate(arrays, names, path)
     scale = float(np.ravel(_array(arrays, _SCALE, names, path))[0]) if _SCALE in arrays else 1.0
     arrays.clear()  # they hold more than the joints of the body, and are large
@@ -199,13 +208,16 @@ def _frame_rate(
     for name in RATES:
         if name in arrays:
             values = _array(arrays, name, names, path)
-            if values.size != 1:
+            if np.unique(values).size != 1:
                 raise CaptureError(
                     path,
                     f"expected one number in {name}, found {values.size}. "
                     "Give the right frame rate with --fps.",
                 )
             rates[name] = float(values.reshape(-1).astype(float)[0])
+    if not rates and _SCALE in names:
+        told = "The file has no frame rate; 60 a second are taken, as in AIST++. Give another one "
+        return 60.0, (told + "(--fps) if this is wrong.",)
     if not rates:
         raise CaptureError(
             path, "expected a frame rate (mocap_framerate or fps), found none. Give it with --fps."

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
 from motiondb.errors import CaptureError
 from motiondb.files.limits import ReadOptions, SkeletonFile
 from motiondb.files.readers import point_motion, robot_motion, robot_table
-from motiondb.files.readers.amass import is_amass, read_amass
+from motiondb.files.readers.amass import is_amass, read_amass, read_poses
 from motiondb.files.readers.array_files import (
     RATES,
     Arrays,
@@ -43,15 +44,23 @@ def read_array_motion(
 ) -> Clip:
     """Read the clip in the bytes of a file of arrays; its form is known by its first bytes."""
     start = data[:6]
+    if start[:4] == b"PK\x03\x04" and Path(path).suffix.lower() == ".csv":
+        raise CaptureError(
+            path, "expected a table as text, found a zip file (a workbook?). Export it as CSV."
+        )
     if start == b"\x93NUMPY":
         return _points({"positions": load_npy(data, path)}, path, skeleton, options, len(data))
     if start[:4] == b"PK\x03\x04" or Path(path).suffix.lower() == ".npz":
         names = npz_names(data, path)
-        if is_amass(names) or not (robot_motion.is_robot(names) or point_motion.is_points(names)):
+        if is_amass(names):
             return read_amass(data, path, options)
+        _check_known(names, path)
         arrays = load_npz(data, path, _KEYS)[0]
     elif start[:1] == b"\x80":
         arrays = load_pickle(data, path)
+        if is_amass(tuple(arrays)):
+            return read_poses(arrays, tuple(arrays), path, options, len(data))
+        _check_known(tuple(arrays), path)
     elif Path(path).suffix.lower() == ".pkl":
         raise CaptureError(
             path,
@@ -65,6 +74,18 @@ def read_array_motion(
         arrays.clear()
         return _robot(said, path, skeleton, options, len(data))
     return _points(arrays, path, skeleton, options, len(data))
+
+
+def _check_known(names: Sequence[str], path: object) -> None:
+    """Refuse arrays by whose names no motion is known."""
+    if robot_motion.is_robot(names) or point_motion.is_points(names):
+        return
+    found = ", ".join(quoted(name, 40) for name in sorted(names)[:20]) or "none"
+    raise CaptureError(
+        path,
+        "expected arrays of SMPL (poses, trans), of a robot (qpos; or root_pos, root_rot and "
+        f"dof_pos), or places of joints (positions), found {found}. Save them under these names.",
+    )
 
 
 def _robot(
@@ -91,12 +112,5 @@ def _points(
     n_bytes: int,
 ) -> Clip:
     """Return the clip of positions, whose names may stand in a file beside it."""
-    if not point_motion.is_points(tuple(arrays)):
-        found = ", ".join(quoted(name, 40) for name in sorted(arrays)[:20]) or "none"
-        raise CaptureError(
-            path,
-            "expected joints and the root of a robot (dof_pos, root_pos, root_rot), or positions, "
-            f"found {found}. Is this a motion?",
-        )
     names = None if skeleton is None or is_model(skeleton.data) else skeleton.data
     return point_motion.read_points(arrays, names, path, options, n_bytes)

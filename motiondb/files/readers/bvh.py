@@ -35,7 +35,6 @@ from motiondb.files.limits import AS_USUAL, MAX_FPS, MIN_FPS, ReadOptions, check
 from motiondb.files.text import (
     Faults,
     clean_bytes,
-    comma_advice,
     decode,
     line_number,
     number,
@@ -262,10 +261,23 @@ def _skeleton(state: _State) -> Skeleton | None:
     )
 
 
+_COMMA_TIME = re.compile(rb"(?i)Frame Time:\s*\d+,\d")
+
+
+def _with_points(data: bytes, notes: list[str]) -> bytes:
+    """Return a file with points for decimal commas, which some locales write, and note it."""
+    if not _COMMA_TIME.search(data):
+        return data
+    notes.append("Decimal commas are read as points.")
+    return re.sub(rb"(?<=\d),(?=\d)", b".", data)
+
+
 def read_bvh(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
     """Read the clip in the bytes of a BVH file."""
     n_bytes = len(data)
     data = clean_bytes(data, path)
+    notes: list[str] = []
+    data = _with_points(data, notes)
     motion = re.search(rb"(?im)^[ \t]*MOTION[ \t\r]*$", data)
     header = data[: motion.start()] if motion else data
     if len(header) > MAX_HEADER:
@@ -278,7 +290,6 @@ def read_bvh(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip
     if motion is None:
         faults.append((None, "expected a line MOTION, found none. The file may be cut short."))
         raise CaptureError(path, shorten(faults))
-    notes: list[str] = []
     if _ROTATED.search(header):
         notes.append("OFFSETs with six numbers: the last three, a rotation, are in the channels.")
     counts = _read_counts(data, motion.end(), options.fps, faults, notes)
@@ -438,7 +449,7 @@ def _read_frame_time(
             (
                 at,
                 f"expected a frame time from {1 / MAX_FPS:g} to {1 / MIN_FPS:g} s, found {shown}. "
-                + (comma_advice(text) or "Give the right frame rate with --fps."),
+                "Give the right frame rate with --fps.",
             )
         )
         return 0.0

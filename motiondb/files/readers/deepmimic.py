@@ -100,8 +100,15 @@ def read_deepmimic(data: bytes, path: object, options: ReadOptions = AS_USUAL) -
 
 def _read_frames(data: bytes, path: object) -> list[object]:
     """Return the list "Frames" of the JSON text."""
+    data = clean_bytes(data, path)
+    if data.lstrip()[:1] not in (b"{", b"["):
+        raise CaptureError(
+            path,
+            'expected JSON of DeepMimic with a list "Frames", found other text. Leave the file '
+            "out, or export its motion in another format, such as BVH.",
+        )
     try:
-        content = parse_json(decode(clean_bytes(data, path)), _MAX_BYTES, _number)
+        content = parse_json(decode(data), _MAX_BYTES, _number)
     except JSONError as fault:
         advice = "The file may be cut short." if fault.line else "Export the motion again."
         raise CaptureError(path, [(fault.line, f"{fault}. {advice}")]) from None

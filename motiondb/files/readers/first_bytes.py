@@ -45,8 +45,11 @@ ROBOT_KEYS = (
     "dt",
 )
 """Names of the arrays of a robot's motion."""
-_ROBOT_ARRAY = re.compile("|".join(name for name in ROBOT_KEYS if len(name) > 3).encode())
-_TIME = re.compile(r"^(time|timestamp|t|seconds)( ?\[?\(?s\)?\]?)?$")
+_SMPL_KEYS = ("smpl_poses", "fullpose", "root_orient", "global_orient", "pose_body", "body_pose")
+_MOTION_ARRAY = re.compile(
+    "|".join(name for name in (*ROBOT_KEYS, *_SMPL_KEYS) if len(name) > 3).encode()
+)
+_TIME = re.compile(r"^(time|timestamp|t|seconds)[ _]?[\[(]?(s|sec|ms)?[\])]?$")
 _FRAME = re.compile(r"^(frame|index|frame_?(id|number|index)|)$")
 
 
@@ -68,9 +71,9 @@ def is_points_shape(shape: tuple[int, ...]) -> bool:
     )
 
 
-def is_robot_pickle(start: bytes) -> bool:
-    """Say whether the start of a pickle holds names of arrays of a robot's motion."""
-    return _ROBOT_ARRAY.search(start) is not None
+def is_motion_pickle(start: bytes) -> bool:
+    """Say whether the start of a pickle holds names of arrays of a motion (of a robot, SMPL)."""
+    return _MOTION_ARRAY.search(start) is not None
 
 
 def is_robot_csv(start: bytes) -> bool:

@@ -1,4 +1,4 @@
-"""Gaps of markers: what is filled, and what is left to be estimated or refused.
+"""Gaps of markers: what is filled, and what is left; and markers with each other's names.
 
 Markers on one part of the body (pelvis, trunk, head, wrist, foot) stand in for each other: a lost
 one keeps its place among three of the others, or its distance to one, both of which change in
@@ -21,6 +21,7 @@ from motiondb.records import BoolArray, FloatArray
 LONGEST_GAP = 0.5
 """Longest gap of a marker that is filled along a line, seconds. Over half a second a limb can swing
 out and back, which a straight line would hide."""
+_TOLD = 0.25  # Seconds above which such a gap is told: a knee may be 10 cm beside the line
 _PARTS = (
     (("LASI", "RASI", "LPSI", "RPSI", "SACR"), (), False),
     (("C7", "CLAV", "STRN", "T10"), ("LSHO", "RSHO"), True),
@@ -42,6 +43,18 @@ _TRUNK = (
 _LIMBS = ("KNE", "KJC", "ANK", "AJC", "SHO", "SJC", "ELB", "EJC")
 """Markers beside which those of limbs are drawn where they are lost for long."""
 _FLAT = 0.1  # Sine of the angle between three markers below which they are no frame
+
+_FRONT_AND_BACK = (
+    *("LASI LPSI", "RASI RPSI", "LASI SACR", "RASI SACR", "LTOE LANK", "RTOE RANK", "CLAV C7"),
+    *("STRN T10", "LFHD LBHD", "RFHD RBHD"),
+)
+_TOGETHER = (
+    *(f"{s}{a} {s}{b}" for s in "LR" for a, b in (("WRA", "WRB"), ("KNE", "KNM"), ("ANK", "HEE"))),
+    *(f"{s}{a} {s}{b}" for s in "LR" for a, b in (("ANK", "ANM"), ("ELB", "ELM"))),
+    *_FRONT_AND_BACK,
+)
+_APART = 0.35  # Median metres between markers of one part: .28 at most in 19 real captures
+_BACKWARDS = -0.3  # Median cosine with the other pairs; it is .72 or more in 14 real captures
 
 
 def fill_gaps(
@@ -66,10 +79,14 @@ def fill_gaps(
         if name in needed and name[1:] in _LIMBS and not seen(tracks[name]).all():
             tracks[name] = _beside_trunk(name, raw, filled)
             guessed += [name] if seen(tracks[name]).all() else []
+    lines = {n: longest_gap(t) / fps for n, t in filled.items() if n in needed and n not in long}
+    along = [name for name, seconds in lines.items() if seconds > _TOLD]
     spared = [name for name in long if name not in needed]
     notes = []
     if never := sorted(set(markers) - set(raw)):
         notes.append(f"Never seen, taken as absent: {', '.join(never)}.")
+    if along:
+        notes.append(f"Lost and filled along a straight line: {gaps_of(along, lines)}.")
     for names, how in (
         (by_others, "filled from the markers beside them"),
         (spared, "estimated there from the rest of the body"),
@@ -181,3 +198,48 @@ def _axes(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray | None:
         return None
     normal = rotation.normalize(normal)
     return np.stack([first, np.cross(normal, first), normal], axis=-1)
+
+
+def front_notes(markers: Mapping[str, FloatArray]) -> tuple[str, ...]:
+    """Note markers of the front that are behind those of the back, if the others are not."""
+    ways = {
+        f"{front} and {back}": rotation.normalize(markers[front] - markers[back])
+        for front, back in (names.split() for names in _FRONT_AND_BACK)
+        if front in markers and back in markers
+    }
+    wrong = []
+    for names, way in ways.items():
+        others = np.nansum([other for name, other in ways.items() if name != names], axis=0)
+        ahead = np.sum(way * rotation.normalize(others), axis=-1) if len(ways) > 2 else np.ones(1)
+        known = ahead[np.isfinite(ahead)]
+        if len(known) and np.median(known) < _BACKWARDS:
+            wrong.append(names)
+    apart = [
+        names.replace(" ", " and ")
+        for names in _TOGETHER
+        if {*names.split()} <= markers.keys() and _between(markers, *names.split()) > _APART
+    ]
+    for high, low in (("CLAV", "STRN"), ("C7", "T10")):
+        if {high, low, "LSHO", "RSHO"} <= markers.keys():
+            far, near = (
+                _between(markers, one, "LSHO") + _between(markers, one, "RSHO")
+                for one in (low, high)
+            )
+            apart += [f"{high} and {low}"] * (far < near)
+    if apart:
+        return (
+            f"Markers are not where their names say: {', '.join(apart)}. Their names look "
+            "exchanged. Rename the markers.",
+        )
+    if not wrong:
+        return ()
+    return (
+        f"Front is behind back for most of the take, other than for the rest: {', '.join(wrong)}. "
+        "Their names look exchanged. Rename the markers.",
+    )
+
+
+def _between(markers: Mapping[str, FloatArray], one: str, other: str) -> float:
+    """Return the median distance of two markers; 0 where they are never seen together."""
+    apart = np.linalg.norm(markers[one] - markers[other], axis=1)
+    return float(np.median(known)) if len(known := apart[np.isfinite(apart)]) else 0.0

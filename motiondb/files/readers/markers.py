@@ -43,6 +43,7 @@ from motiondb.files.readers.marker_gaps import (
     LONGEST_GAP,
     bridge,
     fill_gaps,
+    front_notes,
     gaps_of,
     longest_gap,
     seen,
@@ -401,11 +402,6 @@ def _orthogonal(vector: FloatArray, direction: FloatArray) -> FloatArray:
 _LABEL_WITHIN = f"(.*?)({'|'.join(_PLUG_IN_GAIT)})(.*?)"
 _COPY = 0.1  # Of the spread of a body's markers: a copy of them is nearer
 _PARTLY = 8  # Markers of a body from which a performer without a whole one is told: a prop has less
-_FRONT_AND_BACK = (
-    *("LASI LPSI", "RASI RPSI", "LASI SACR", "RASI SACR", "LTOE LANK", "RTOE RANK", "CLAV C7"),
-    *("STRN T10", "LFHD LBHD", "RFHD RBHD"),
-)
-_BACKWARDS = -0.3  # Median cosine with the other pairs; it is .72 or more in 14 real captures
 _UNIT_NAMES = MappingProxyType(
     {"mill": "mm", "cent": "cm", "mete": "m", "metr": "m", "inch": "inch", "in": "inch", "": "mm"}
 )  # First four letters of names, after which some programs cut
@@ -428,6 +424,8 @@ def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -
         notes += (f"Markers named hip are taken for the centres of the {joints}.",)
     if "LSHO" in tracks and not {"C7", "CLAV", "NECK"} & tracks.keys():
         notes += ("There is no marker of the neck (C7, CLAV); it is taken between the shoulders.",)
+    if "NECK" not in tracks and len(neck := {"C7", "CLAV"} & tracks.keys()) == 1:
+        notes += (f"The neck is taken at {min(neck)}, as the other of C7 and CLAV is missing.",)
     if options.swap_sides:
         other = {"L": "R", "R": "L"}
         tracks = {other.get(name[0], name[0]) + name[1:]: t for name, t in tracks.items()}
@@ -462,30 +460,8 @@ def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -
         root_positions=points[:, 0],
         format=file.format,
         unit=unit,
-        notes=notes + _front_notes(markers) + gap_notes + bad_notes + unit_notes + up_notes,
+        notes=notes + front_notes(markers) + gap_notes + bad_notes + unit_notes + up_notes,
         up="y",
-    )
-
-
-def _front_notes(markers: Markers) -> tuple[str, ...]:
-    """Note markers of the front that are behind those of the back, if the others are not."""
-    ways = {
-        f"{front} and {back}": rotation.normalize(markers[front] - markers[back])
-        for front, back in (names.split() for names in _FRONT_AND_BACK)
-        if front in markers and back in markers
-    }
-    wrong = []
-    for names, way in ways.items():
-        others = np.nansum([other for name, other in ways.items() if name != names], axis=0)
-        ahead = np.sum(way * rotation.normalize(others), axis=-1) if len(ways) > 2 else np.ones(1)
-        known = ahead[np.isfinite(ahead)]
-        if len(known) and np.median(known) < _BACKWARDS:
-            wrong.append(names)
-    if not wrong:
-        return ()
-    return (
-        f"Front is behind back for most of the take, other than for the rest: {', '.join(wrong)}. "
-        "Their names look exchanged. Rename the markers.",
     )
 
 

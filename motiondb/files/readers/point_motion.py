@@ -190,7 +190,8 @@ def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, 
         raise CaptureError(
             path,
             f"expected positions of shape (frames, joints, 3), found {quoted(name, 30)} of shape "
-            f"{array.shape}. Save the joints of one body in 3D.",
+            f"{array.shape}. Save the joints of one body in 3D, or the numbers of a robot as qpos "
+            "(root x y z, quaternion w x y z, joints).",
         )
     return array, fps, _USUAL_FPS
 

@@ -52,6 +52,7 @@ DEFAULT_FPS = 30.0  # Of CSV files: that of retargeted LAFAN1
 _FITS, _UPRIGHT, _LYING = 0.03, 0.7, 0.4
 """Metres within which bodies are where the model has them; cosines with the vertical of a base that
 is upright, and of one that is not."""
+_OF_LENGTH_1 = 0.05  # By which quaternions may differ from length 1 in the median
 _SUFFIX = re.compile(r"(_?(joint|dof|link|pos|position|skel|angle|rad|deg|q))+$")
 
 
@@ -179,6 +180,8 @@ def to_clip(
     check_clip_size(n_frames, links, n_bytes, path, options.limits)
     said, notes = _good_frames(said, path, options.skip_bad_frames)
     fps, rate_notes = _rate(said, path, options)
+    if options.unit is not None and said.root is not None:
+        said = replace(said, root=said.root * options.unit)
     if robot is None:
         clip = _of_bodies(said, path, fps, options)
     else:
@@ -246,7 +249,7 @@ def _of_robot(
         values, unit_notes = _radians(values, robot)
         notes += unit_notes
         root = said.root
-        turns, order_notes = _root_turns(said)
+        turns, order_notes = _root_turns(said, path)
         notes += order_notes
     values = hinges.with_mimics(robot, values)
     posed = hinges.pose(robot, root, rotation.unroll(turns), values)
@@ -275,9 +278,17 @@ def _radians(values: FloatArray, robot: Robot) -> tuple[FloatArray, tuple[str, .
     )
 
 
-def _root_turns(said: RobotFile) -> tuple[FloatArray, tuple[str, ...]]:
+def _root_turns(said: RobotFile, path: object) -> tuple[FloatArray, tuple[str, ...]]:
     """Return the turns of the root, w x y z; where nothing says their order, the upright one."""
     assert said.turns is not None
+    lengths = np.linalg.norm(said.turns, axis=1)
+    if float(np.median(np.abs(lengths - 1.0))) > _OF_LENGTH_1:
+        raise CaptureError(
+            path,
+            f"expected quaternions of length 1 as turns of the root, found lengths from "
+            f"{lengths.min():.2g} to {lengths.max():.2g}. Are these other columns, or angles? "
+            "Name the columns, or export quaternions.",
+        )
     given = rotation.normalize(said.turns)
     each = {"wxyz": given, "xyzw": given[:, [3, 0, 1, 2]]}
     stands = {

@@ -22,6 +22,7 @@ from motiondb.files.text import clean_bytes, decode, quoted
 from motiondb.records import FloatArray
 
 _SEED_FPS = 120.0
+_LEAST_MS = 4.0  # A step of times above this is milliseconds: 250 frames a second
 _AS_SEED = (
     "The root has angles in place of a quaternion; the file is read as those of BONES-SEED: "
     "centimetres, degrees, turns about x, y and z of the world, 120 a second without times."
@@ -79,8 +80,9 @@ def _numbered(table: FloatArray) -> int:
 
 
 def _rate_of(times: FloatArray) -> float | None:
-    """Return the frames per second of times; None for numbers of frames."""
+    """Return the frames per second of times in s, or in ms; None for numbers of frames."""
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    step = step / 1e3 if step >= _LEAST_MS else step
     return find_rate(step)[0] if 1e-4 < step < 1.0 else None
 
 

@@ -242,6 +242,25 @@ def test_a_file_that_repeats_another_capture_replaces_nothing_and_says_so(
     assert "ana/bow_1 was not replaced" in report.problems[0]
 
 
+def test_known_files_are_read_in_another_way_by_replace_alone(
+    base: MotionDB, tmp_path: Path, samples_folder: Path
+) -> None:
+    shutil.copytree(samples_folder / "ana", tmp_path / "again" / "ana")
+    kept = base.add(tmp_path / "again", settings=AddSettings(fps=60.0))
+    before = catalogue(base)
+    assert kept.replaced == ()
+    assert "--replace reads them in another way" in kept.notes[0]
+    for _ in range(2):  # whether or not the way is noted
+        report = base.add(tmp_path / "again", settings=AddSettings(fps=60.0, replace=True))
+        assert "ana/jump_1" in report.replaced
+        assert base.captures("name=ana/jump_1")[0].fps == 60.0
+        assert [c.words for c in base.words.captions("ana/jump_1")] == ["she jumps"]
+    base.undo()
+    base.undo()
+    assert catalogue(base) == before
+    assert base.check() == []
+
+
 def test_synonyms_are_taken_back_before_what_was_changed_before_them(
     base: MotionDB, tmp_path: Path
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import pickle
 import re
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from motiondb.body import kinematics, rotation, world
 from motiondb.body.joint_names import joint_map
 from motiondb.errors import CaptureError
+from motiondb.files.formats import read_capture_bytes
 from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.amass import read_amass
 
@@ -281,3 +283,17 @@ def test_bad_frames_can_be_left_out() -> None:
     clip = read_amass(data, "a.npz", ReadOptions(skip_bad_frames=True))
     assert clip.n_frames == 3
     assert clip.notes == ("Left out 1 bad frames; the first is 2.",)
+
+
+def test_a_pickle_of_aist_is_read_like_arrays() -> None:
+    """Its root is scaled, and it has no frame rate."""
+    poses, trans = standing(columns=72), np.tile([1.0, 2.0, 0.92], (4, 1))
+    motion = {"smpl_poses": poses, "smpl_trans": 90.0 * trans, "smpl_scaling": np.array([90.0])}
+    clip = read_capture_bytes(pickle.dumps(motion), "robot", path="a.pkl")
+    np.testing.assert_allclose(clip.world_positions(), read().world_positions(), atol=1e-12)
+    assert clip.fps == 60.0
+    assert clip.notes[0].startswith("The file has no frame rate; 60 a second are taken, as in AIST")
+
+
+def test_one_rate_written_twice_is_one() -> None:
+    assert read(mocap_framerate=np.array([120.0, 120.0])).fps == 120.0

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from motiondb.errors import CaptureError
-from motiondb.files.formats import read_capture_bytes
+from motiondb.files.folder import FORMATS
+from motiondb.files.formats import read_capture_bytes, read_takes_bytes
 
 RATE = "Give the right frame rate with --fps."
 FRAME = [0.03, 0, 0.9, 0] + [1, 0, 0, 0] * 4 + [0] + [1, 0, 0, 0] * 2 + [0] + [1, 0, 0, 0]
@@ -46,6 +47,11 @@ BROKEN_DEEPMIMIC = {
         json.dumps({"Frames": [[*FRAME[:4], 0, 0, 0, 0, *FRAME[8:]]]}),
         f"f.txt: frame 0: expected a quaternion for root, found zeros. {AGAIN}",
     ),
+    "other text": (
+        "Take 2 was good.",
+        'f.txt: expected JSON of DeepMimic with a list "Frames", found other text. Leave the file '
+        "out, or export its motion in another format, such as BVH.",
+    ),
     "an absurd duration": (
         json.dumps({"Frames": [[30.0, *FRAME[1:]]]}),
         f"f.txt: expected frames of 0.0005 to 1 s, found 30 s. {RATE}",
@@ -71,7 +77,15 @@ POSES, TRANS = np.zeros((4, 66)), np.zeros((4, 3))
 _HOLED = POSES.copy()
 _HOLED[2:, 7] = np.nan
 
+KNOWN = (
+    "a.npz: expected arrays of SMPL (poses, trans), of a robot (qpos; or root_pos, root_rot and "
+    "dof_pos), or places of joints (positions), found {}. Save them under these names."
+)
 BROKEN_AMASS = {
+    "joints of a robot alone": (
+        _npz(dof_pos=POSES, fps=30),
+        KNOWN.format("'dof_pos', 'fps'"),
+    ),
     "no npz": (
         b"PK\3\4 something",
         "a.npz: expected an npz file of plain arrays, found something else. Save it again.",
@@ -86,11 +100,11 @@ BROKEN_AMASS = {
     ),
     "no poses": (
         _npz(trans=TRANS, fps=30),
-        "a.npz: expected an array 'poses', found 'fps', 'trans'. Is this a motion of AMASS?",
+        KNOWN.format("'fps', 'trans'"),
     ),
     "another npz": (
         _npz(weights=TRANS),
-        "a.npz: expected an array 'poses', found 'weights'. Is this a motion of AMASS?",
+        KNOWN.format("'weights'"),
     ),
     "no frame rate": (
         _npz(poses=POSES, trans=TRANS),
@@ -132,3 +146,9 @@ def test_broken_amass(name: str) -> None:
     with pytest.raises(CaptureError) as caught:
         read_capture_bytes(data, "amass", path="a.npz")
     assert str(caught.value) == message
+
+
+@pytest.mark.parametrize("kind", sorted({*FORMATS.values()}))
+def test_an_empty_file_is_called_empty(kind: str) -> None:
+    with pytest.raises(CaptureError, match=r"f: expected a capture, found an empty file\. Export"):
+        read_takes_bytes(b"", kind, path="f")

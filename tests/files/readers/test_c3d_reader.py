@@ -129,7 +129,8 @@ def test_short_gaps_are_filled_and_long_ones_refused() -> None:
     markers["LKNE"][20:40] = np.nan
     markers["RKNE"][:30] = 0.0
     clip = read_c3d(write(markers), "a.c3d")
-    assert clip.notes == ()
+    line = "Lost and filled along a straight line: RKNE (0.3 s)."
+    assert clip.notes == (line,)
     np.testing.assert_allclose(
         clip.local_rotations[40:, 2], plain.local_rotations[40:, 2], atol=1e-5
     )
@@ -137,10 +138,11 @@ def test_short_gaps_are_filled_and_long_ones_refused() -> None:
     data = write(markers)
     clip = read_c3d(data, "a.c3d", ReadOptions(skip_bad_frames=True))
     assert clip.n_frames == 140
-    assert clip.notes == ("Left out 60 frames with lost markers.",)
+    assert clip.notes == (line, "Left out 60 frames with lost markers.")
     clip = read_c3d(data, "a.c3d")
     assert clip.n_frames == 200
     assert clip.notes == (
+        line,
         "Lost for long and drawn there beside the trunk; do not believe the motion of these "
         "limbs: LKNE (0.6 s).",
     )
@@ -396,6 +398,23 @@ def test_a_marker_that_occurs_twice_is_told() -> None:
     )
     plain = read_c3d(write(tracks()), "a.c3d")
     np.testing.assert_array_equal(clip.root_positions, plain.root_positions)
+
+
+@pytest.mark.parametrize(("lost", "left"), [("C7", "CLAV"), ("CLAV", "C7")])
+def test_a_neck_of_one_marker_is_told(lost: str, left: str) -> None:
+    markers = {name: track for name, track in tracks().items() if name != lost}
+    note = f"The neck is taken at {left}, as the other of C7 and CLAV is missing."
+    assert note in read_c3d(write(markers), "a.c3d").notes
+
+
+@pytest.mark.parametrize("names", ["LWRA RWRA", "CLAV STRN", "C7 T10"])
+def test_markers_that_are_not_where_their_names_say_are_told(names: str) -> None:
+    assert not any("where their" in note for note in read_c3d(write(moving()), "a.c3d").notes)
+    one, other = names.split()
+    markers = moving()
+    markers[one], markers[other] = markers[other], markers[one]
+    (note,) = [n for n in read_c3d(write(markers), "a.c3d").notes if "where their names say" in n]
+    assert one in note
 
 
 @pytest.mark.parametrize("names", ["LASI LPSI", "RASI RPSI", "CLAV C7", "LFHD LBHD"])

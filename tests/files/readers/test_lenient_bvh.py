@@ -157,8 +157,12 @@ def test_positions_of_0_do_not_collapse_a_body() -> None:
     assert clip.notes[0].startswith("The positions of 20 joints ('l_hip', 'l_knee', ")
 
 
-def test_a_decimal_comma_is_named() -> None:
+def test_decimal_commas_are_read() -> None:
+    head, rows = HEAD.replace(".", ","), [row.replace(".", ",") for row in LINES]
+    clip = read(head=head, time=TIME.replace(".", ","), rows=rows)
+    check(clip, "Decimal commas are read as points.")
+
+
+def test_a_decimal_comma_in_rows_alone_is_named() -> None:
     with pytest.raises(CaptureError, match="it has decimal commas"):
         read(rows=[row.replace(".", ",") for row in LINES])
-    with pytest.raises(CaptureError, match="it has decimal commas"):
-        read(time="Frame Time: 0,0333")

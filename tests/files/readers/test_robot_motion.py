@@ -70,6 +70,41 @@ def test_csv_with_a_header_is_read_by_its_names_in_any_order(folder: Path) -> No
     assert not any("frame rate" in note or "order" in note for note in clip.notes)
 
 
+def test_the_rate_that_export_writes_beside_a_table_is_read(folder: Path) -> None:
+    path = _csv(folder, TABLE)
+    path.with_suffix(".json").write_text('{"fps": 50.0, "columns": []}')
+    clip = read_capture(path)
+    assert clip.fps == 50.0
+    assert not any("frame rate" in note for note in clip.notes)
+    assert read_capture(path, fps=25.0).fps == 25.0
+
+
+@pytest.mark.parametrize("unit", ["time_ms", "timestamp [ms]", "time"])
+def test_times_in_milliseconds(folder: Path, unit: str) -> None:
+    names = ["root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw"]
+    times = np.arange(len(TABLE))[:, None] * 20.0
+    head = ",".join([unit, *names, *ROBOT.joint_names])
+    assert read_capture(_csv(folder, np.concatenate([times, TABLE], axis=1), head)).fps == 50.0
+
+
+def test_a_workbook_called_a_table_is_named(folder: Path) -> None:
+    (folder / "w.csv").write_bytes(b"PK\x03\x04" + bytes(100))
+    with pytest.raises(CaptureError, match="expected a table as text, found a zip file"):
+        read_capture(folder / "w.csv")
+
+
+def test_turns_that_are_no_quaternions_are_refused(folder: Path) -> None:
+    table = TABLE.copy()
+    table[:, 3:7] = np.deg2rad([0.0, 0.0, 30.0, 0.0])
+    with pytest.raises(CaptureError, match=r"found lengths from 0\.52 to 0\.52\. Are these other"):
+        read_capture(_csv(folder, table))
+
+
+def test_a_root_in_another_unit(folder: Path) -> None:
+    table = TABLE * np.where(np.arange(TABLE.shape[1]) < 3, 1000.0, 1.0)
+    _is_walk(read_capture(_csv(folder, table), unit=0.001))
+
+
 @pytest.mark.parametrize("has_names", [True, False])
 def test_csv_with_decimal_commas(folder: Path, has_names: bool) -> None:
     names = ["root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw"]
