@@ -3,7 +3,8 @@
 A seed is a chain of steps on one database: every verb of the class, in random order and with
 random arguments. Some steps are disturbed: the process or the server is killed at a random system
 call or right after its answer, the disk is full from a random system call on, the clock jumps by
-days or years (with the times of the files), or both processes change the database at once. After
+days or years (with the times of the files), the database, its cache or a folder has other rights
+for the length of a step, or both processes change the database at once. After
 each step the database is looked into, and must be one of the worlds that
 :mod:`robustness_tasks.plain_model` allows: with every change that was acknowledged, and one that
 was interrupted wholly or not at all. After each disturbed step, and now and then, ``check`` must
@@ -30,7 +31,7 @@ import numpy as np
 
 from motiondb.errors import MotionDBError
 from robustness_tasks.databases import SAMPLES, import_everything
-from robustness_tasks.model_processes import CALLS, Answer, Harm, Server, Worker
+from robustness_tasks.model_processes import CALLS, CLOSED, Answer, Harm, Server, Worker
 from robustness_tasks.model_verbs import DB, MATCHES, OTHER, SCENE, Hand
 from robustness_tasks.plain_model import DONE, REFUSED, UNKNOWN, Step, futures
 from robustness_tasks.plain_world import Change, Kept, Words, World, difference
@@ -45,8 +46,11 @@ LEARNED_EVERY = 20
 """Of this many chains, one begins with a database that has learned; its steps take longer."""
 SEVERAL_THREADS_EVERY = 4
 """Of this many chains, DuckDB has several threads in one; with one, a step takes half the time."""
-HARMS = {"": 0.92, "kill": 0.05, "late kill": 0.01, "full disk": 0.01, "clock": 0.01}
+HARMS = {"": 0.91, "kill": 0.05, "late kill": 0.01, "full disk": 0.01, "clock": 0.01,
+         "rights": 0.01}  # fmt: skip
 """How often what goes wrong."""
+UNFORESEEN = ("full disk", "rights")
+"""Where the database may refuse what it else would not."""
 LOOK_CLOSELY = 0.005
 """How often ``check`` runs after a step that nothing disturbed."""
 
@@ -286,6 +290,8 @@ class Chain:
             answer = by.do(verb, given, harm)
         else:
             then = str(self.rng.choice(["", "close"])) if harm.kind else ""
+            if harm.kind == "rights" and self.rng.random() < 0.7:
+                self._rest()
             by.begin(verb, given, then, harm)
             answer = by.end(harm)
         step = Step(verb, given, answer.ended, by.name, answer.message)
@@ -293,7 +299,8 @@ class Chain:
             self.cut.add(given["file"])  # the next rescue of this name would delete them
         faults = [*answer.faults, *self._told(verb, given, answer)]
         is_gone = harm.kind in ("kill", "late kill") or answer.ended == UNKNOWN
-        found, more = self._compared([step], harm.kind != "full disk", is_gone or harm.kind != "")
+        is_foreseen = harm.kind not in UNFORESEEN
+        found, more = self._compared([step], is_foreseen, is_gone or harm.kind != "")
         if is_gone and isinstance(by, Server):
             self.world.edits.clear()
         happened = answer.ended == UNKNOWN and found
@@ -320,7 +327,8 @@ class Chain:
         count = int(self.rng.integers(1, (CALLS[call] if kind == "kill" else 4) + 1))
         room = int(np.exp(self.rng.uniform(0.0, np.log(300_000.0))))
         days = float(self.rng.choice([-9000.0, -1.0, 0.02, 1.0, 9000.0]))
-        return Harm(kind, call, count, room, 86_400.0 * days) if kind else Harm()
+        closed = CLOSED[self.rng.integers(len(CLOSED))] if kind == "rights" else ()
+        return Harm(kind, call, count, room, 86_400.0 * days, closed) if kind else Harm()
 
     def _age_files(self, seconds: float) -> None:
         """Let files have been written before, or after, the clock jumped."""

@@ -19,6 +19,7 @@ import select
 import shutil
 import signal
 import socket
+import stat
 import struct
 import subprocess
 import sys
@@ -35,6 +36,7 @@ from typing import Any
 from urllib.parse import urlencode
 
 import psutil
+from rights import as_others
 
 from motiondb.errors import MotionDBError
 from motiondb.files.parent_process import end_with_parent
@@ -56,12 +58,21 @@ CALLS = MappingProxyType(
 """System calls at which a process is killed, and how often a change of words makes them."""
 
 
+CLOSED = (
+    ((DB, 0o000),), ((DB, 0o444),), ((DB, 0o444), (".", 0o555)), ((".", 0o555),), ((".", 0o000),),
+    ((f"{DB}.cache", 0o000),), ((f"{DB}.cache", 0o555),), (("out", 0o555),), (("given", 0o000),),
+)  # fmt: skip
+"""Rights that are taken away for a step: places below the folder, and what is left."""
+
+
 @dataclass(frozen=True)
 class Harm:
-    """What goes wrong during a step: ``kind`` is "", "kill", "late kill", "full disk" or "clock".
+    """What goes wrong during a step.
 
-    ``call`` and ``count`` say at which system call, ``room`` how many bytes can still be written
-    where ``strace`` is missing, ``seconds`` how far the clock jumps.
+    ``kind`` is "", "kill", "late kill", "full disk", "clock" or "rights". ``call`` and ``count``
+    say at which system call, ``room`` how many bytes can still be written where ``strace`` is
+    missing, ``seconds`` how far the clock jumps, ``closed`` what has which rights, as on the
+    computer of somebody else.
     """
 
     kind: str = ""
@@ -69,6 +80,7 @@ class Harm:
     count: int = 0
     room: int = 0
     seconds: float = 0.0
+    closed: tuple[tuple[str, int], ...] = ()
 
     @property
     def inject(self) -> str:
@@ -223,7 +235,7 @@ def _answer(hand: Hand, request: str, given: Arguments, then: str, harm: Harm) -
     ended, message, faults = DONE, "", []
     if harm.kind == "clock":
         jump(harm.seconds)
-    with _limited(harm, hand.place):
+    with _limited(harm, hand.place), _closed(harm, hand.place):
         try:
             if request == "begin":
                 facts = hand.begun()
@@ -242,7 +254,7 @@ def _answer(hand: Hand, request: str, given: Arguments, then: str, harm: Harm) -
             elif then == "lend":
                 hand.lend()
         except MotionDBError as error:
-            faults += [] if harm.kind == "full disk" else [f"closing: {error}"]
+            faults += [] if harm.kind in ("full disk", "rights") else [f"closing: {error}"]
         except Exception:
             faults.append(f"closing: {traceback.format_exc(limit=-4)}")
     return ended, facts, message, tuple(faults)
@@ -268,6 +280,25 @@ def _limited(harm: Harm, place: Path) -> Any:
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
         signal.signal(signal.SIGXFSZ, usual)
+
+
+@contextlib.contextmanager
+def _closed(harm: Harm, place: Path) -> Any:
+    """Take rights away."""
+    paths = [(place / name, mode) for name, mode in harm.closed if (place / name).exists()]
+    if not paths:
+        yield
+        return
+    before = [(path, stat.S_IMODE(path.stat().st_mode)) for path, _ in paths]
+    for path, mode in paths:
+        path.chmod(mode)
+    try:
+        with as_others():
+            yield
+    finally:
+        for path, mode in before:
+            if path.exists():
+                path.chmod(mode)
 
 
 _TIME = time.time

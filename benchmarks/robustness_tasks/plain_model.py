@@ -136,9 +136,7 @@ def _add(world: World, given: Arguments, _by: str) -> None:
 
 
 def _remove(world: World, given: Arguments, _by: str) -> None:
-    for name in given["names"]:
-        world.only(name)
-    for name in given["names"]:
+    for name in [world.full(name) for name in given["names"]]:
         _remove_one(world, name)
 
 
@@ -177,9 +175,7 @@ def _set_captions(world: World, given: Arguments, _by: str) -> None:
 
 def _add_words(world: World, given: Arguments, _by: str) -> None:
     """A caption more where it is not there yet."""
-    for name in given["names"]:
-        world.only(name)
-    for name in given["names"]:
+    for name in [world.full(name) for name in given["names"]]:
         kept = world.captures[name]
         new = (given["words"], None, None)
         if isinstance(kept.captions, tuple) and new not in kept.captions:
@@ -262,8 +258,7 @@ def _rename(world: World, given: Arguments, _by: str) -> None:
     if old.endswith("/"):
         names = {n: new + n.removeprefix(old) for n in world.captures if n.startswith(old)}
     else:
-        world.only(old)
-        names = {old: new}
+        names = {world.full(old): new}
     if not names or any(n in world.captures and n not in names for n in names.values()):
         raise RefusedError
     world.captures = {names.get(name, name): kept for name, kept in world.captures.items()}
@@ -278,9 +273,7 @@ def _rename_uses(world: World, names: Mapping[str, str]) -> None:
 
 
 def _set_tags(world: World, given: Arguments, _by: str) -> None:
-    for name in given["names"]:
-        world.only(name)
-    for name in given["names"]:
+    for name in [world.full(name) for name in given["names"]]:
         kept = world.captures[name]
         if isinstance(kept.tags, dict):
             kept.tags = {k: v for k, v in {**kept.tags, **given["tags"]}.items() if v}

@@ -175,11 +175,18 @@ class World:
         self.history.append(change)
         self.undoes = 0
 
+    def full(self, name: str) -> str:
+        """The whole name of a capture; its end behind a ``/`` says enough if no other ends so."""
+        if name in self.captures:
+            return name
+        found = [known for known in self.captures if known.endswith(f"/{name}")]
+        if len(found) != 1:
+            raise RefusedError
+        return found[0]
+
     def only(self, name: str) -> Kept:
         """The capture of a name."""
-        if name not in self.captures:
-            raise RefusedError
-        return self.captures[name]
+        return self.captures[self.full(name)]
 
 
 def difference(expected: object, seen: object, where: str = "") -> str:

@@ -315,9 +315,10 @@ def _is_generic(asf: Path) -> bool:
 
 
 def _visible(root: Path) -> Iterator[Path]:
-    """Yield all paths below a folder but hidden ones."""
+    """Yield all paths below a folder but hidden ones, and those of which only names are shown."""
     for path in root.rglob("*"):
-        if not any(part.startswith(".") for part in path.relative_to(root).parts):
+        is_hidden = any(part.startswith(".") for part in path.relative_to(root).parts)
+        if not is_hidden and os.path.lexists(path):
             yield path
 
 

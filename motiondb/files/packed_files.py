@@ -50,7 +50,9 @@ class Source:
 def digest(data: bytes, skeleton_data: bytes | None = None, take: str = "") -> str:
     """Return the SHA-256 digest of a file's bytes followed by those of its skeleton file.
 
-    The name of a take follows, if the file has several.
+    The name of a take follows, if the file has several. Nothing lies between them, and cannot any
+    more, since captures without their files keep this digest: two pairs count as one capture if
+    the end of one file is moved to the beginning of the other, which no program does.
 
     >>> digest(b"walk")[:8], digest(b"wa", b"lk")[:8]
     ('7a6c4fac', '7a6c4fac')

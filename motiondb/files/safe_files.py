@@ -429,6 +429,8 @@ def odd_kind(name: str | os.PathLike[str]) -> str:
     """
     try:
         mode = Path(name).stat().st_mode
+    except PermissionError:
+        return "a folder on the way to it that this user may not read"
     except (OSError, ValueError):
         return ""
     kinds = ((stat.S_ISDIR, "a folder; name a file"), *_OTHER_KINDS)

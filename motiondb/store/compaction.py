@@ -96,7 +96,7 @@ def compact(
             if log_of(new).exists():  # what it holds would be missing
                 raise StoreError(
                     f"{path}: expected room for a copy beside it, found too little. "
-                    "The old file was kept; look at the disk."
+                    "Nothing was changed; look at the disk."
                 )
             if os.name == "nt":  # there, a file that is open cannot be replaced
                 store.close()
@@ -105,9 +105,9 @@ def compact(
             cause = error if isinstance(error, duckdb.Error) else error.__cause__
             if not isinstance(cause, duckdb.Error) or is_damage(cause):
                 raise
-            raise StoreError(_no_room(path, cause)) from error
+            raise StoreError(_no_room(path, new, cause)) from error
         except OSError as error:
-            raise StoreError(_no_room(path, error)) from error
+            raise StoreError(_no_room(path, new, error)) from error
         finally:
             delete_all(new, log_of(new))
     _forget_told(path, unused, wait)
@@ -158,14 +158,14 @@ def attach(store: Store, new: Path, alias: str) -> None:
                 f"{store.path}: expected no other part of this program that reads it while it is "
                 "copied, found one. Close that first."
             ) from error
-        raise StoreError(_no_room(store.path, cause or error)) from error
+        raise StoreError(_no_room(store.path, new, cause or error)) from error
 
 
-def _no_room(path: Path, cause: BaseException) -> str:
+def _no_room(path: Path, new: Path, cause: BaseException) -> str:
     """What to say when the copy cannot be written."""
     return (
-        f"{path}: expected room for a copy beside it, found: {first_sentence(cause)} "
-        "The old file was kept; look at the disk."
+        f"{path}: expected room for a copy in {new.parent}, found: {first_sentence(cause)} "
+        "Nothing was changed; look at the folder's permissions and at the disk."
     )
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from odd_captures import AMC, ASF, BVH, DEEPMIMIC
 from pebble.pool.process import PoolManager
+from rights import as_others
 
 import motiondb
 from motiondb.answers.database import AddReport
@@ -112,12 +113,19 @@ def test_pipes_and_broken_links_are_named_and_not_waited_for(tmp_path: Path, fol
     )
 
 
-@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may read everything")
-def test_a_folder_that_may_not_be_read_is_named(tmp_path: Path, folder: Path) -> None:
-    (folder / "closed").mkdir(mode=0)
-    assert add(folder, tmp_path).notes == (f"{folder}/closed: a folder that may not be read",)
-    with pytest.raises(MotionDBError, match="closed: a folder that may not be read"):
-        add(folder / "closed", tmp_path)
+@pytest.mark.parametrize("mode", [0o000, 0o444])
+def test_a_folder_that_may_not_be_read_is_named(tmp_path: Path, folder: Path, mode: int) -> None:
+    (folder / "closed").mkdir()
+    (folder / "closed" / "own.bvh").write_text(BVH)
+    (folder / "closed").chmod(mode)
+    with as_others() as can:
+        if not can:
+            pytest.skip("this user may read everything")
+        assert add(folder, tmp_path).notes == (f"{folder}/closed: a folder that may not be read",)
+        with pytest.raises(MotionDBError, match="closed: a folder that may not be read"):
+            add(folder / "closed", tmp_path)
+        with pytest.raises(MotionDBError, match="found a folder on the way to it that this user"):
+            add(folder / "closed" / "own.bvh", tmp_path)
 
 
 def test_files_are_read_here_where_no_process_can_start(

@@ -8,6 +8,7 @@ import duckdb
 import numpy as np
 import pytest
 from holding import holding
+from rights import as_others
 
 from motiondb import store
 from motiondb.errors import StoreError
@@ -83,11 +84,25 @@ def test_a_failing_copy_keeps_the_old_file(
     with pytest.raises(StoreError) as error:
         store.compact(database.path)
     assert str(error.value) == (
-        f"{database.path}: expected room for a copy beside it, found: IO Error: No space left on "
-        "device. The old file was kept; look at the disk."
+        f"{database.path}: expected room for a copy in {database.path.parent}, found: IO Error: No "
+        "space left on device. Nothing was changed; look at the folder's permissions and at the "
+        "disk."
     )
     assert database.path.read_bytes() == content
     assert [item.name for item in database.path.parent.iterdir()] == ["motions.duckdb"]
+
+
+def test_a_copy_into_a_folder_that_may_not_be_written_names_the_folder(
+    database: store.Store, tmp_path: Path
+) -> None:
+    folder = tmp_path / "closed"
+    folder.mkdir(mode=0o555)
+    with as_others() as can:
+        if not can:
+            pytest.skip("this user may write everything")
+        with pytest.raises(StoreError, match=f"expected room for a copy in {folder}, found: IO"):
+            store.backup(database, folder / "copy.duckdb", lambda _copy: [])
+    assert [*folder.iterdir()] == []
 
 
 def test_compacting_nothing_is_refused(tmp_path: Path) -> None:

@@ -16,7 +16,10 @@ such as ``.provenance.json``, or the name of a player.
 
 
 def check_new_name(name: str, kind: str) -> None:
-    """Refuse a name that is not a valid file name everywhere, or leads out of its folder.
+    """Refuse a name that leads out of its folder, or that cannot be shown or written to.
+
+    It need not be the name of a file: names come from files of other systems (``a:b``, ``con``),
+    and no command names a file by one without the characters that some system refuses.
 
     A name may consist of several parts separated by ``/``. No part may be empty, consist only of
     dots, or begin or end with a space. A name has at most ``LONGEST_NAME`` bytes, no backslash and

@@ -27,7 +27,7 @@ from typing import ClassVar
 import duckdb
 
 from motiondb.errors import StoreError
-from motiondb.files.safe_files import COPY, LOGS, HeldFile, beside, log_of
+from motiondb.files.safe_files import COPY, LOGS, HeldFile, beside, is_file, log_of
 from motiondb.store.connection import log_mark
 from motiondb.store.connection.faults import OtherModeError, translate
 from motiondb.store.connection.statements import Connection
@@ -138,7 +138,7 @@ class Store:
         """What to say of the log: that it was missing at opening, or stays after closing; or ""."""
         if not self._is_closed:
             return log_mark.missing_sentence(self.path) if self.lacked_log else ""
-        return log_mark.left_sentence(self.path) if log_of(self.path).exists() else ""
+        return log_mark.left_sentence(self.path) if is_file(log_of(self.path)) else ""
 
     @property
     def loss_note(self) -> str:

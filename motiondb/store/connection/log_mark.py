@@ -24,7 +24,7 @@ from pathlib import Path
 import duckdb
 
 from motiondb.errors import StoreError
-from motiondb.files.safe_files import MARKING, beside, delete_all, log_of
+from motiondb.files.safe_files import MARKING, beside, delete_all, is_file, log_of
 from motiondb.store.connection.faults import translate
 from motiondb.store.connection.statements import Connection
 
@@ -70,10 +70,10 @@ def stand_in(path: Path) -> None:
 
 def keep_log(root: duckdb.DuckDBPyConnection, path: Path) -> None:
     """Write the mark again where a checkpoint has deleted the log; after every change."""
-    if not log_of(path).exists():
+    if not is_file(log_of(path)):  # also where the folder was closed meanwhile
         with suppress(duckdb.Error):  # the change itself is saved
             root.execute(_OPEN)
-    if log_of(path).exists():
+    if is_file(log_of(path)):
         delete_all(beside(path, MARKING))
 
 

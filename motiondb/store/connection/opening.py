@@ -237,6 +237,7 @@ def _sweep_spilled(path: Path) -> None:
 
 def connect(path: Path, read_only: bool, wait: float = 0.0) -> duckdb.DuckDBPyConnection:
     """A connection of DuckDB, whatever is in the file."""
+    check_file_name(path)  # the folder may have been closed since
     if not (path.is_file() or path.is_dir()):  # DuckDB would make one, or wait for a pipe
         actual = "neither a file nor a folder" if path.exists() else "no such file"
         raise StoreError(

@@ -12,6 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 import pytest
+from rights import as_others
 
 from motiondb import store
 from motiondb.errors import StoreError
@@ -278,6 +279,40 @@ def test_a_file_that_may_not_be_read_is_not_called_damaged(
         f"{path}: expected a database that this user may open, found: permission denied. Get the "
         "right to read it, and to write it and its folder for commands that change it."
     )
+
+
+def test_a_folder_that_is_closed_to_an_open_database_is_named(tmp_path: Path) -> None:
+    folder = tmp_path / "own"
+    folder.mkdir()
+    database = store.open_store(folder / "m.duckdb")
+    database.lend()
+    folder.chmod(0o000)
+    with as_others() as can:
+        if not can:
+            pytest.skip("this user may read everything")
+        with pytest.raises(StoreError, match="a folder that this user may read, found: permission"):
+            store.load_synonyms(database)
+    folder.chmod(0o700)
+    assert store.load_synonyms(database) == {}
+    database.close()
+
+
+def test_a_change_is_saved_though_the_folder_was_closed_meanwhile(tmp_path: Path) -> None:
+    folder = tmp_path / "own"
+    folder.mkdir()
+    database = store.open_store(folder / "m.duckdb")
+    store.save_synonyms(database, {"jog": "run"})
+    folder.chmod(0o000)
+    with as_others() as can:
+        if not can:
+            pytest.skip("this user may read everything")
+        store.save_synonyms(database, {"dash": "run"})
+        assert store.load_synonyms(database) == {"dash": "run"}
+    folder.chmod(0o700)
+    database.close()
+    with store.open_store(folder / "m.duckdb") as again:
+        assert store.load_synonyms(again) == {"dash": "run"}
+        assert store.check_store(again, sources=True) == []
 
 
 def test_a_change_after_an_open_question_and_beside_a_reader_is_marked(
