@@ -33,7 +33,7 @@ from motiondb.meaning.travelled import (
 from motiondb.records import Float32Array, FloatArray
 
 MOST_FRAMES = 200_000
-"""Feature frames, 15 a second, of the captures that are kept: some 200 MB. Chosen by hand."""
+"""Feature frames, 15 a second, of the captures that are kept: some 250 MB. Chosen by hand."""
 MOST_KNOWN = 64  # Values that are kept for a capture, such as the evidence of an action
 Value = TypeVar("Value")
 
@@ -152,6 +152,14 @@ class SeenFrames:
     def track(self) -> FloatArray:
         """What measured words look at: array (frames, columns), see ``measured_track``."""
         return self.frames.track(self.capture)
+
+    @cached_property
+    def contexts(self) -> FloatArray:
+        """Contexts of its frames: array (frames, axes), 15 a second, see ``ContextSpace``.
+
+        StoreError where the motion is away.
+        """
+        return self.learned.context_space.view(self.frames.pool.features(self.capture))
 
     def smooth(self, words: Sequence[int]) -> FloatArray | None:
         """As :meth:`evidence`, averaged over neighbouring frames: array (frames,)."""

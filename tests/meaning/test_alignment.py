@@ -142,6 +142,18 @@ def test_a_part_finds_itself_exactly(seed: int, start: int, length: int) -> None
     assert actual == (0.0, start, min(start + length, 100))
 
 
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 10**6), st.integers(1, 12), st.integers(0, 20), st.floats(0.0, 3.0))
+def test_only_parts_that_are_too_far_are_given_up(
+    seed: int, length: int, low: int, farthest: float
+) -> None:
+    query, capture = random_walk(seed, length).astype("f4"), random_walk(seed + 1, 40).astype("f4")
+    columns = np.ascontiguousarray(capture.T)
+    distance, start, end = alignment.best_part(query, capture[low : low + 20])
+    expected = (distance, low + start, low + end) if distance <= farthest else (np.inf, 0, 0)
+    assert alignment.best_within(query, columns, low, low + 20, farthest) == expected
+
+
 @pytest.mark.parametrize("n_frames", [0, 1, 3])
 def test_too_short_a_capture_is_infinitely_far(n_frames: int) -> None:
     query = random_walk(0, 8).astype("f4")

@@ -195,5 +195,4 @@ def test_like_finds_like(world: World) -> None:
 def test_linear_distance_of_a_short_part_by_hand() -> None:
     query = np.array([[0.0], [1.0], [2.0], [3.0]], np.float32)
     part: FloatArray = np.array([[0.0], [3.0]])
-    distance, start, end = by_motion._whole(query, part.astype(np.float32))
-    assert (distance, start, end) == (0.5, 0, 2)
+    assert by_motion._whole(query, part.astype(np.float32)) == 0.5
