@@ -434,7 +434,7 @@ _LEAST_BOUND = 2**30
 batches: closing took 490 MiB under a bound of 250 MB, and more than twice as much as the data
 without one."""
 _PEAK = 3  # Memory that DuckDB takes for joining rows, as a multiple of these; measured, 2.6 to 3.3
-LARGE = 2**28
+LARGE = 2**26
 """Bytes of a file from which on DuckDB does not join row groups at every change; by hand."""
 KEEP_GROUPS = "SET max_vacuum_tasks = 0; SET checkpoint_threshold = '64MB'"
 """Whatever is added stays a row group of its own; a long ``add`` has one for each checkpoint."""
@@ -469,14 +469,15 @@ def limit_memory(store: Store, n_bytes: int = 0) -> bool:
     Where it joins the rows that were added with older ones, DuckDB reads and writes motions and
     files of hours, and would keep all of them in memory. What does not fit within the bound lies
     in a folder beside the file meanwhile, ``NAME.tmp``. The bound is twice what the captures take
-    that are read at once, since without room for these DuckDB fails.
+    that are read at once, since without room for these DuckDB fails. A file that becomes large is
+    not joined at all: written anew when it is closed, four hours took twice their size.
     """
     ((used, share),) = store.connection.execute(_USED).fetchall()
+    if used < LARGE <= used + n_bytes:  # one that is large already was limited when it was opened
+        store.connection.execute(KEEP_GROUPS)
     if _PEAK * (used + n_bytes) < _LEAST_BOUND:
         return False
     bound = max(_LEAST_BOUND, int(2 * used * (share or 0.0)), 4 * n_bytes)
     with suppress(StoreError):  # other threads hold more at this moment
         store.connection.execute(f"SET memory_limit = '{bound}B'")
-        if used < LARGE:  # a new file; one that is large already was limited when it was opened
-            store.connection.execute(KEEP_GROUPS)
     return True
