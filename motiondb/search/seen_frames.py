@@ -101,13 +101,15 @@ class SeenFrames:
         return self.rows[:, LIMB_COLUMNS]
 
     def longest_going(
-        self, action: Sequence[str], room: slice = slice(None)
+        self, action: Sequence[str], room: slice | None = None
     ) -> tuple[float, int, int]:
-        """How long an action goes on, in some frames, and where: see ``longest_going``.
+        """How long an action goes on, in some frames or all, and where: see ``longest_going``.
 
         Who stands does so on the feet, and who stands still moves no limb. A posture lasts as long
         as its event does; infinitely long where the motion is away.
         """
+        if room is None:
+            return self._once(("goes", *action), lambda: self.longest_going(action, slice(None)))
         if event_of(action) in HELD and self.is_away:
             return inf, 0, len(self.rows)
         shown = self._once(("posture", *action), lambda: self._posture(action))
@@ -129,6 +131,11 @@ class SeenFrames:
         if {"still", "freeze"}.intersection(action):
             posed = posed & frames_without(self.events("move"), len(posed))
         return posed[::FEATURE_STEP][: len(self.rows)]
+
+    def goes_once(self, direction: str, turn: str) -> bool:
+        """Whether it goes in a direction anywhere, as far as it takes to be seen."""
+        key = "goes once", direction, turn
+        return self._once(key, lambda: self.furthest(direction, turn, slice(None))[0] >= 1.0)
 
     def furthest(
         self, direction: str, turn: str, part: slice | NDArray[np.bool_], least: float = 0.0

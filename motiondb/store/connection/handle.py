@@ -109,6 +109,8 @@ class Store:
         self._is_lent = False
         self._is_writing = False
         self._is_marked = False  # Whether the file says that there is a log beside it
+        self._is_fixed = False  # Whether nobody can change the file while the root is open
+        self._fixed_revision = -1, 0  # The opening for which it was loaded, and the revision
         self._process = os.getpid()
         _refuse_forked(path)
         self.lacked_log = False
@@ -230,7 +232,8 @@ class Store:
         Motions and originals that lie elsewhere are not read by DuckDB.
         """
         mode = root.execute("SELECT current_setting('access_mode')").fetchall()
-        if mode != [("read_only",)]:  # also one that shares the file with a store that writes
+        self._is_fixed = mode == [("read_only",)]
+        if not self._is_fixed:  # also where it shares the file with a store that writes
             return
         names = [str(Path.cwd() / file).partition("?") for file in self._writable]
         # what follows a question mark stays the end: DuckDB takes it for that of a URL
@@ -300,6 +303,20 @@ class Store:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+    def fixed_revision(self, load: Callable[[], int]) -> int | None:
+        """The revision, loaded once, of a file that DuckDB only reads; None where it may change.
+
+        Called in a block that keeps the root open.
+        """
+        self._cursor()  # opens it
+        if not self._is_fixed:
+            return None
+        opening, known = self._fixed_revision
+        if opening != self._opening:
+            known = load()
+            self._fixed_revision = self._opening, known
+        return known
 
     def _swap_root(self, is_lent: bool) -> None:
         with self._turn:
