@@ -127,32 +127,24 @@ def _smith_waterman(pairs: FloatArray, gaps: FloatArray) -> tuple[float, int, in
 FAR = 1e30  # Cost of paths that are not possible; finite in single precision
 
 
-def best_part(query: Float32Array, capture: Float32Array) -> tuple[float, int, int]:
-    """Distance and interval of the part of a capture nearest to the query.
-
-    Shapes: `query`, `capture` (frames, D).
-    """
-    return best_within(query, np.ascontiguousarray(capture.T, dtype=np.float32))
-
-
-def best_within(
+def best_part(
     query: Float32Array,
     columns: Float32Array,
     low: int = 0,
     high: int | None = None,
     farthest: float = inf,
 ) -> tuple[float, int, int]:
-    """As :func:`best_part`, within frames [low, high) of a capture that is given by dimension.
+    """Distance and interval of the part of a capture nearest to the query, within [low, high).
 
-    Shapes: `query` (frames, D); `columns` (D, frames).
+    Shapes: `query` (frames, D); `columns` (D, frames): the capture by dimension.
 
     `farthest`: The distance is infinite where it is larger; that is seen before the end.
     """
     high = columns.shape[1] if high is None else high
     if len(query) == 0 or high <= low:
         return inf, 0, 0
-    contiguous = np.ascontiguousarray(query, dtype=np.float32)
-    distance, start, end = _subsequence(contiguous, columns, low, high, farthest)
+    query, columns = (np.ascontiguousarray(each, dtype=np.float32) for each in (query, columns))
+    distance, start, end = _subsequence(query, columns, low, high, farthest)
     if end == 0 or distance > farthest:
         return inf, 0, 0
     return float(distance), low + start, low + end

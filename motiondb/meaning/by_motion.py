@@ -31,7 +31,7 @@ import numpy as np
 from numba import njit
 
 from motiondb.meaning import extents
-from motiondb.meaning.alignment import align_captures, best_within
+from motiondb.meaning.alignment import align_captures, best_part
 from motiondb.meaning.resemblance import (
     FEEDBACK,
     MOVING_LENGTH,
@@ -233,7 +233,7 @@ def refine(
         low = max(0, candidate.start - margin)
         whole = columns[candidate.capture]
         high = min(whole.shape[1], candidate.end + margin)
-        distance, start, end = best_within(query.features, whole, low, high)
+        distance, start, end = best_part(query.features, whole, low, high)
         if not np.isfinite(distance):
             distance, start, end = _whole(query.features, whole[:, low:high].T), low, high
         refined.append(_scored(candidate, start, end, distance))
@@ -258,7 +258,7 @@ def _near_copies(
     weakest = {candidate.capture: candidate for candidate in candidates}
     copies = []
     for capture, candidate in weakest.items():
-        distance, start, end = best_within(query.features, columns[capture], farthest=NEAR)
+        distance, start, end = best_part(query.features, columns[capture], farthest=NEAR)
         if distance < NEAR:
             copies.append(_scored(candidate, start, end, distance))
     return copies

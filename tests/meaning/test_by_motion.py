@@ -96,7 +96,7 @@ def test_scores_are_as_documented(world: World) -> None:
     for candidate in by_motion.find_candidates(query, world.takes, world.distances)[:10]:
         actual = by_motion.refine(query, [candidate], world.features.__getitem__)[0]
         part = world.features[actual.capture][actual.start : actual.end]
-        distance = alignment.best_part(query.features, part)[0]
+        distance = alignment.best_part(query.features, part.T)[0]
         if np.isfinite(distance):
             near = min(1.0, distance / by_motion.NEAR)
             rough = 1.0 - (1.0 - candidate.rough) * near
