@@ -194,7 +194,7 @@ def compare_parts(db: MotionDB, repeats: int) -> tuple[Timing, Ratio]:
     def by_frames(capture: int, first: int) -> dict[int, float]:
         low, high = table_.starts[first] // 2, table_.ends[first + PART - 1] // 2
         query = frames[capture][low:high]
-        return {c: alignment.best_part(query, whole)[0] for c, whole in frames.items()}
+        return {c: alignment.best_part(query, whole.T)[0] for c, whole in frames.items()}
 
     minutes = sum(len(whole) for whole in frames.values()) / FEATURE_FPS / 60.0
     name = f"part of {PART} symbols in {minutes:.0f} minutes, by symbols"

@@ -71,7 +71,7 @@ class Judge:
             first = max(0, (len(features) - WINDOW) // 2)
             query = features[first : first + WINDOW]
             kept = np.flatnonzero(self.without(performers))
-            distance = [alignment.best_part(query, self.features[n])[0] for n in kept]
+            distance = [alignment.best_part(query, self.features[n].T)[0] for n in kept]
             answers.append(int(self.classes[kept[int(np.argmin(distance))]]))
         return np.array(answers)
 

@@ -185,7 +185,7 @@ def _nearest(
     """Mean over parts of three seconds of the distance to the nearest stored part."""
     features = space.project(recognition_features(motion))
     parts = [features[a : a + 45] for a in range(0, max(len(features) - 45, 0) + 1, 45)]
-    return float(np.mean([min(alignment.best_part(p, s)[0] for s in stored) for p in parts]))
+    return float(np.mean([min(alignment.best_part(p, s.T)[0] for s in stored) for p in parts]))
 
 
 def heard_class(db: MotionDB, motion: Motion) -> int:

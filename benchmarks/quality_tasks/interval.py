@@ -140,7 +140,7 @@ def _by_motiondb(db: MotionDB, meaning: bool | None = None) -> Finder:
 def _by_warping(whitened: Mapping[str, Float32Array]) -> Finder:
     def find(take: LongTake, interval: tuple[float, float], other: LongTake) -> Found:
         query = _part(whitened[take.capture.name], interval)
-        distance, start, end = alignment.best_part(query, whitened[other.capture.name])
+        distance, start, end = alignment.best_part(query, whitened[other.capture.name].T)
         return -distance, start / FEATURE_FPS, end / FEATURE_FPS
 
     return find

@@ -23,7 +23,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.body import body, kinematics, rotation
+from motiondb.body import body, rotation
 from motiondb.records import MOTION_FPS, Float32Array, FloatArray, IntArray, Motion
 
 POSITION_WEIGHT = 1.0
@@ -136,18 +136,16 @@ def _features(
     local_rotations: Float32Array, root_positions: Float32Array, bounds: IntArray
 ) -> Float32Array:
     """Features (sum of ceil(frames / 2), 130), float32, of motions that follow one another."""
-    positions, rotations = kinematics.forward(
-        body.PARENTS,
-        body.OFFSETS,
-        local_rotations.astype(np.float64),
-        root_positions.astype(np.float64),
+    from motiondb.body import feature_kernels  # compiled code, which a search does without
+
+    positions, rotations = feature_kernels.forward(
+        body.PARENTS, body.OFFSETS, local_rotations, root_positions
     )
-    axes = [_mean_axis(rotations, n) for n in range(3)]
+    axes = feature_kernels.mean_axes(rotations, TRUNK)
     parts = list(itertools.pairwise(bounds))
     heading = np.concatenate([_angle(*(axis[a:b] for axis in axes)) for a, b in parts])
     facing = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), -heading)
-    ground = positions[:, 0] * np.array([1.0, 0.0, 1.0])
-    local = rotation.rotate(facing[:, None], positions - ground[:, None])
+    local = feature_kernels.relative_to_heading(positions, facing)
     chosen = np.concatenate([np.arange(a, b, FEATURE_STEP) for a, b in parts])
     first, last = (
         np.repeat(edge, np.diff(bounds))[chosen] for edge in (bounds[:-1], bounds[1:] - 1)

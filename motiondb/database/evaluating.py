@@ -264,7 +264,7 @@ def _alike(number: int, held: _Held) -> list[int]:
     """The other captures, best first, by the motion of one."""
     allowed = [other for other in held.numbers if other != number]
     motion = held.motions[number]
-    answer = search_motion(held.learned, held.pool, motion, allowed, len(allowed))
+    answer = search_motion(held.learned, held.frames, motion, allowed, len(allowed))
     return held.in_order(answer.matches, allowed)
 
 

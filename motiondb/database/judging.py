@@ -54,7 +54,7 @@ def judge(
             learned, takings, _ = replace_unknown(asked, False, False)
         names = _own_names(session, example)
         near = search_motion(
-            session.searchable, session.pool, motion, list(learned.captures), N_NEAREST
+            session.searchable, session.frames, motion, list(learned.captures), N_NEAREST
         ).matches
         copies = [match.capture for match in near if match.score >= SAME]
         left_out = sorted({*names, *copies} & {info.name for info in learned.captures.values()})

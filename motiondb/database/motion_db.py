@@ -448,7 +448,7 @@ class MotionDB(Library):
             motion = self.motion(example, start, end)
             allowed = searching.allowed_captures(self.session, where, exact)
             return search_motion(
-                self.searchable, self.session.pool, motion, allowed, limit, meaning
+                self.searchable, self.session.frames, motion, allowed, limit, meaning
             )
 
     def ask_many(

@@ -137,7 +137,7 @@ def _answer(session: Session, posed: _Posed) -> Found:
     asked, learned = posed.question, session.searchable
     allowed = list(learned.captures) if posed.allowed is None else posed.allowed
     if posed.motion is not None:
-        return search_motion(learned, session.pool, posed.motion, allowed, asked.limit)
+        return search_motion(learned, session.frames, posed.motion, allowed, asked.limit)
     return searching.answer_words(session, asked.words, allowed, asked.limit, asked.exact)
 
 

@@ -155,7 +155,7 @@ class Session:
         opened = self.store
 
         def track(capture: int) -> FloatArray:
-            return measured_track(store.load_motion(opened, capture))
+            return measured_track(store.unflatten_motion(store.load_poses(opened, capture)))
 
         return self.kept("frames", lambda: Frames(self.pool, track))
 

@@ -18,6 +18,7 @@ Source: Mueller, Information Retrieval for Music and Motion, 2007, chapters 4 an
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 
 import numpy as np
 from numba import njit
@@ -126,34 +127,43 @@ def _smith_waterman(pairs: FloatArray, gaps: FloatArray) -> tuple[float, int, in
 FAR = 1e30  # Cost of paths that are not possible; finite in single precision
 
 
-def best_part(query: Float32Array, capture: Float32Array) -> tuple[float, int, int]:
-    """Distance and interval of the part of a capture nearest to the query.
+def best_part(
+    query: Float32Array,
+    columns: Float32Array,
+    low: int = 0,
+    high: int | None = None,
+    farthest: float = inf,
+) -> tuple[float, int, int]:
+    """Distance and interval of the part of a capture nearest to the query, within [low, high).
 
-    Shapes: `query`, `capture` (frames, D).
+    Shapes: `query` (frames, D); `columns` (D, frames): the capture by dimension.
+
+    `farthest`: The distance is infinite where it is larger; that is seen before the end.
     """
-    if len(query) == 0 or len(capture) == 0:
-        return float("inf"), 0, 0
-    distance, start, end = _subsequence(
-        np.ascontiguousarray(query, dtype=np.float32),
-        np.ascontiguousarray(capture.T, dtype=np.float32),
-    )
-    if end == 0:
-        return float("inf"), 0, 0
-    return float(distance), start, end
+    high = columns.shape[1] if high is None else high
+    if len(query) == 0 or high <= low:
+        return inf, 0, 0
+    query, columns = (np.ascontiguousarray(each, dtype=np.float32) for each in (query, columns))
+    distance, start, end = _subsequence(query, columns, low, high, farthest)
+    if end == 0 or distance > farthest:
+        return inf, 0, 0
+    return float(distance), low + start, low + end
 
 
 @njit(cache=True)
 def _subsequence(  # noqa: C901  one compiled dynamic program over three rows
-    query: Float32Array, columns: Float32Array
+    query: Float32Array, columns: Float32Array, low: int, high: int, farthest: float
 ) -> tuple[float, int, int]:
     """Least mean cost of a path, its first frame, and one past its last (0: there is none).
 
     The capture is given by dimension (D, frames), so that distances are computed for many frames at
-    once without fast math, whose sums depend on the processor.
+    once without fast math, whose sums depend on the processor. Costs never fall along a path, so it
+    is given up where two rows hold none that can end within the farthest distance.
 
     Rows i, i - 1 and i - 2 suffice: row i of cost and start is kept at i % 3, of local at i % 2.
     """
-    n, m = len(query), columns.shape[1]
+    n, m = len(query), high - low
+    most, least = farthest * n * (1.0 + 1e-3), np.float32(0.0)  # single precision rounds the sums
     local = np.empty((2, m), np.float32)
     cost = np.full((3, m), np.float32(FAR))
     start = np.zeros((3, m), np.int64)
@@ -161,8 +171,9 @@ def _subsequence(  # noqa: C901  one compiled dynamic program over three rows
         here, before, above = i % 3, (i - 1) % 3, (i - 2) % 3
         squares = np.zeros(m, np.float32)
         for d in range(query.shape[1]):
+            column = columns[d, low:high]
             for j in range(m):
-                difference = query[i, d] - columns[d, j]
+                difference = query[i, d] - column[j]
                 squares[j] += difference * difference
         for j in range(m):
             local[i % 2, j] = np.sqrt(squares[j] / query.shape[1])
@@ -182,9 +193,12 @@ def _subsequence(  # noqa: C901  one compiled dynamic program over three rows
                 if c < best:
                     best, origin = c, start[above, j - 1]
             cost[here, j], start[here, j] = best, origin
+        before_least, least = least, cost[here].min()
+        if min(before_least, least) > most:
+            return np.inf, 0, 0
     last = (n - 1) % 3
-    low, end = np.float32(FAR), -1
+    nearest, end = np.float32(FAR), -1
     for j in range(m):
-        if cost[last, j] < low:
-            low, end = cost[last, j], j
-    return float(low / n), start[last, end], end + 1
+        if cost[last, j] < nearest:
+            nearest, end = cost[last, j], j
+    return float(nearest / n), start[last, end], end + 1

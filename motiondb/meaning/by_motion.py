@@ -223,18 +223,21 @@ def refine(
     capture.
     """
     candidates = candidates[: max(8, MOST_CELLS // (3 * len(query.features) ** 2 + 1))]
-    features = {capture: frames_of(capture) for capture in {c.capture for c in candidates}}
+    columns = {  # by dimension, as time warping takes them
+        capture: np.ascontiguousarray(frames_of(capture).T, dtype=np.float32)
+        for capture in {c.capture for c in candidates}
+    }
     refined: list[Candidate] = []
     margin = len(query.features) + 8
     for candidate in candidates:
         low = max(0, candidate.start - margin)
-        high = min(len(features[candidate.capture]), candidate.end + margin)
-        part = features[candidate.capture][low:high]
-        distance, start, end = best_part(query.features, part)
+        whole = columns[candidate.capture]
+        high = min(whole.shape[1], candidate.end + margin)
+        distance, start, end = best_part(query.features, whole, low, high)
         if not np.isfinite(distance):
-            distance, start, end = _whole(query.features, part)
-        refined.append(_scored(candidate, low + start, low + end, distance))
-    refined += _near_copies(query, candidates, features)
+            distance, start, end = _whole(query.features, whole[:, low:high].T), low, high
+        refined.append(_scored(candidate, start, end, distance))
+    refined += _near_copies(query, candidates, columns)
     return _without_overlaps(sorted(refined, key=lambda c: (-c.score, c.capture, c.start)))
 
 
@@ -246,7 +249,7 @@ def _scored(candidate: Candidate, start: int, end: int, warp: float) -> Candidat
 
 
 def _near_copies(
-    query: Query, candidates: Sequence[Candidate], features: Mapping[int, Float32Array]
+    query: Query, candidates: Sequence[Candidate], columns: Mapping[int, Float32Array]
 ) -> list[Candidate]:
     """Intervals of the candidates' captures that nearly agree with the query, wherever they start.
 
@@ -255,7 +258,7 @@ def _near_copies(
     weakest = {candidate.capture: candidate for candidate in candidates}
     copies = []
     for capture, candidate in weakest.items():
-        distance, start, end = best_part(query.features, features[capture])
+        distance, start, end = best_part(query.features, columns[capture], farthest=NEAR)
         if distance < NEAR:
             copies.append(_scored(candidate, start, end, distance))
     return copies
@@ -333,8 +336,8 @@ def _without_overlaps(candidates: Iterable[Candidate], most: int | None = None) 
     return kept
 
 
-def _whole(query: Float32Array, part: Float32Array) -> tuple[float, int, int]:
+def _whole(query: Float32Array, part: Float32Array) -> float:
     """Distance to a part too short for warping, stretched linearly to the query's length."""
     positions = np.linspace(0, len(part) - 1, len(query)).round().astype(np.int64)
     gap = np.linalg.norm(query - part[positions], axis=1) / np.sqrt(query.shape[1])
-    return float(gap.mean()), 0, len(part)
+    return float(gap.mean())

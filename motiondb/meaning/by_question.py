@@ -31,7 +31,8 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,7 +70,7 @@ def ordered_runs(
     [(0, 1), (2, 3)]
     """
     n_parts, n_segments = values.shape
-    if not seconds.any() and not any(apart):
+    if not any(apart) and not any(seconds.tolist()):
         peaks = ordered_peaks(values)
         return None if peaks is None else [(peak, peak + 1) for peak in peaks]
     # per end b the largest total of the parts so far, and its last run [a, b) with the end before
@@ -337,13 +338,11 @@ def place_reading(
     if laid is None:
         return None
     none = np.zeros(len(seen.take.starts))
-    values = np.stack(
-        [
-            np.mean([seen.action(a) for a in part.actions], axis=0) if part.actions else none
-            for part in reading.parts
-        ]
-    )
-    return PlacedReading(seen.take.starts, seen.take.ends, values, tuple(laid[2]))
+    values = [
+        sum(map(seen.action, part.actions), none) / max(len(part.actions), 1)
+        for part in reading.parts
+    ]
+    return PlacedReading(seen.take.starts, seen.take.ends, np.array(values), tuple(laid[2]))
 
 
 def joint_statements(asked: Sequence[float], excluded: Sequence[float]) -> float:
@@ -383,34 +382,47 @@ def _search_reading(
 
 def _is_too_short(take: TakeScores, reading: Reading) -> bool:
     """Whether a capture is shorter than the parts, or its segments are fewer than repeats."""
-    n_frames = sum(part.seconds for part in reading.parts) * MOTION_FPS
-    if n_frames - 1e-6 * len(reading.parts) > take.ends[-1] - take.starts[0]:
+    asked = _asked_of(reading)
+    if asked.n_frames > take.ends[-1] - take.starts[0]:
         return True
-    repeats = any(part.repeat_of != k for k, part in enumerate(reading.parts))
-    return repeats and len(take.starts) < len(reading.parts)
+    return asked.repeats and len(take.starts) < len(reading.parts)
+
+
+class _Asked(NamedTuple):
+    """What a reading asks of the places of its parts, in any capture."""
+
+    n_frames: float  # Least length of the capture
+    repeats: bool  # Whether parts are repeated
+    seconds: FloatArray  # (parts,): least length of each
+    apart: tuple[bool, ...]  # Whether a part repeats the one before it
+    worded: tuple[bool, ...]  # Whether a part asks for something
+
+
+@lru_cache(256)
+def _asked_of(reading: Reading) -> _Asked:
+    parts, first = reading.parts, [part.repeat_of for part in reading.parts]
+    return _Asked(
+        sum(part.seconds for part in parts) * MOTION_FPS - 1e-6 * len(parts),
+        first != list(range(len(parts))),
+        np.array([part.seconds for part in parts]),
+        tuple(k > 0 and first[k] == first[k - 1] for k in range(len(parts))),
+        tuple(
+            bool(part.actions)
+            or part.seconds > 0.0
+            or any(e.first <= k < e.last for e in reading.exclusions)
+            for k, part in enumerate(parts)
+        ),
+    )
 
 
 def _lay(
     seen: _Seen, reading: Reading
 ) -> tuple[FloatArray, list[tuple[int, int]], list[tuple[int, int]]] | None:
     """Values (parts, segments), runs and segments [a, b) of every part; None: too short."""
-    take = seen.take
+    take, asked = seen.take, _asked_of(reading)
     values = np.array([seen.part(reading, k) for k in range(len(reading.parts))])
-    least = np.array([part.seconds for part in reading.parts])
-    apart = [
-        k > 0 and part.repeat_of == reading.parts[k - 1].repeat_of
-        for k, part in enumerate(reading.parts)
-    ]
-    runs = ordered_runs(values, take.starts, take.ends, least, apart)
-    if runs is None:
-        return None
-    worded = [
-        bool(part.actions)
-        or part.seconds > 0.0
-        or any(e.first <= k < e.last for e in reading.exclusions)
-        for k, part in enumerate(reading.parts)
-    ]
-    return values, runs, place_parts(values, runs, worded)
+    runs = ordered_runs(values, take.starts, take.ends, asked.seconds, asked.apart)
+    return None if runs is None else (values, runs, place_parts(values, runs, asked.worded))
 
 
 def split_statements(statements: Sequence[Statement]) -> tuple[list[float], list[float]]:

@@ -21,7 +21,7 @@ import numpy as np
 
 from motiondb.language.question.amounts import SPEEDS
 from motiondb.meaning.occurrences import FLIGHTS, find_occurrences
-from motiondb.meaning.travelled import STEADY, TRAVELS
+from motiondb.meaning.travelled import STEADY, TRAVELS, means_of
 from motiondb.records import MOTION_FPS, FloatArray
 
 _SLOW, _FAST = SPEEDS
@@ -55,16 +55,12 @@ class Degree:
         >>> Degree("speed", 1.0, frozenset()).amount(track, 0, 90)
         2.0
         """
-        from scipy.ndimage import uniform_filter1d
-
         if self.measure == "speed":
             inside = np.hypot(*track[first:behind, 1:3].T)
             if not len(inside):
                 return float("nan")
             size = min(round(STEADY * MOTION_FPS), len(inside))
-            half = size // 2  # windows that lie within the part
-            steady = uniform_filter1d(inside, size)[half : len(inside) - (size - half) + 1]
-            return float(steady.max())
+            return float(means_of(inside, size).max())
         flights = [f for f in find_occurrences(track, "jump") if f[0] < behind and f[1] > first]
         if self.measure == "height":
             found = [track[a:b, 0].max() - track[max(a - 1, 0), 0] for a, b in flights]

@@ -56,7 +56,7 @@ from numpy.typing import NDArray
 from motiondb.body import body, retarget, rotation
 from motiondb.body.contacts import FEET, MAX_HEIGHT, foot_heights
 from motiondb.body.features import headings, runs, velocity
-from motiondb.body.pose_vectors import to_path
+from motiondb.body.pose_vectors import path_of
 from motiondb.language.vocabulary import as_said
 from motiondb.meaning.limb_sides import arm_raised, limb_held, outward_speeds
 from motiondb.meaning.travelled import SPINS, SPUN, TURNS
@@ -151,15 +151,15 @@ def measured_track(motion: Motion) -> FloatArray:
         high = (wrist - shoulder)[:, 1] > LOWEST_HAND
         arms += [(far & high).astype(float), _speeds(wrist - positions[:, 0])]
     ankles = [_speeds(positions[:, ankle] - positions[:, 0]) for ankle in FEET[::2]]
-    path, _ = to_path(motion)
     outward = outward_speeds(positions, velocity(positions, MOTION_FPS))
     trunk = rotation.normalize(positions[:, _I["neck"]] - positions[:, 0])[:, 1]
     leaning = np.arccos(np.clip(trunk, -1.0, 1.0))
     head = positions[:, _I["head"], 1]
     legs = np.linalg.norm(positions[:, FEET[::2]] - positions[:, _HIPS], axis=2)
-    heading = headings(world)[:, None]
-    away = positions[:, FEET[::2]] - positions[:, :1]
-    ahead = away[..., 0] * np.sin(heading) + away[..., 2] * np.cos(heading)
+    heading = headings(world)
+    path = path_of(motion.root_positions.astype(np.float64), heading, MOTION_FPS)
+    away, facing = positions[:, FEET[::2]] - positions[:, :1], heading[:, None]
+    ahead = away[..., 0] * np.sin(facing) + away[..., 2] * np.cos(facing)
     tracked = [path, foot_heights(positions), *arms, *ankles, outward, leaning, head, legs, ahead]
     down = -rotation.normalize(positions[:, _KNEES] - positions[:, _HIPS])[..., 1]
     thighs = np.arccos(np.clip(down, -1.0, 1.0))

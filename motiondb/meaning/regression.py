@@ -278,7 +278,7 @@ class Certainty:
     def log_odds(self, cues: FloatArray) -> FloatArray:
         """Calibrated log-odds (...,) of cues (..., cues)."""
         # a matrix product's last bits depend on how many answers there are
-        return np.asarray(np.einsum("...i,i->...", cues, self.weights) + self.constant)
+        return np.asarray(np.add.reduce(cues * self.weights, axis=-1) + self.constant)
 
 
 @dataclass(frozen=True)
@@ -318,7 +318,8 @@ def probability(log_odds: FloatArray | float) -> FloatArray:
     >>> probability(np.array([0.0, np.log(3.0)])).round(3).tolist()
     [0.5, 0.75]
     """
-    return np.asarray(1.0 / (1.0 + np.exp(-np.clip(log_odds, -50.0, 50.0))))
+    bounded = np.minimum(np.maximum(log_odds, -50.0), 50.0)  # np.clip takes six times as long
+    return np.asarray(1.0 / (1.0 + np.exp(-bounded)))
 
 
 def answer_probability(asked: Sequence[float], excluded: Sequence[Sequence[float]]) -> float:

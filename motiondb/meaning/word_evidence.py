@@ -40,7 +40,7 @@ from motiondb.symbols.hmm_jobs import one_blas_thread
 T = TypeVar("T")
 WRITTEN = 4.0  # Log-odds added by a word written about the interval: captions are rarely wrong
 UNWRITTEN = -1.0  # Log-odds added by a word missing from a caption: captions are rarely complete
-KEPT = 256  # Captures whose evidence of captions is kept: some 3 MB
+KEPT = 256  # Captures whose evidence is kept: some 3 MB of captions, and 3 MB with the motion
 WINDOW_MARGIN = 22  # Frames (0.75 s) by which a window extends beyond its segment on both sides
 
 
@@ -158,7 +158,7 @@ class TakeEvidence:
     @cached_property
     def takes(self) -> Mapping[int, TakeScores]:
         """Log-odds of all words in every capture, from the motion and the captions."""
-        return WhenAsked(self.odds, self._take)
+        return WhenAsked(self.odds, self._take, KEPT)
 
     def _take(self, capture: int) -> TakeScores:
         inside, odds, said = self.rows[capture], self.odds[capture], self.written.get(capture)

@@ -22,6 +22,7 @@ from motiondb.records import Float32Array, FloatArray, Match, Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.chances import NOTHING, reaches, why_unchecked
 from motiondb.search.matches import mark_generated, match_rows, to_seconds
+from motiondb.search.seen_frames import Frames
 from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.tabled import Tabled
 
@@ -77,7 +78,7 @@ class ExampleAnswer(Tabled, Sequence[Match]):
 
 def search_motion(
     learned: Learned,
-    pool: FramePool,
+    frames: Frames,
     motion: Motion,
     allowed: Sequence[int],
     limit: int = 10,
@@ -91,9 +92,9 @@ def search_motion(
     with one_blas_thread():  # the matrices of one query are too small to gain from two threads
         seen = recognise(learned, motion)
         query = _query(seen, learned.meaning_space if by_words else None)
-        found = _find(learned, pool, query, [c for c in allowed if c in learned.rows])
+        found = _find(learned, frames.pool, query, [c for c in allowed if c in learned.rows])
         if motion.n_frames >= FEATURE_STEP * extents.LEAST_EXAMPLE:
-            found = _whole_activities(learned, pool, seen.raw, motion.n_frames, found, limit)
+            found = _whole_activities(learned, frames, seen.raw, motion.n_frames, found, limit)
         found = found[:limit]
         sure = _how_sure(learned, query, found)
         # what ranks is not what is calibrated: no answer is more probable than one before it
@@ -185,7 +186,7 @@ def _how_sure(
 
 def _whole_activities(
     learned: Learned,
-    pool: FramePool,
+    frames: Frames,
     example: Float32Array,
     n_frames: int,
     candidates: Sequence[by_motion.Candidate],
@@ -197,18 +198,18 @@ def _whole_activities(
 
     `example`: Recognition features (frames, 130) of a motion of `n_frames`.
     """
-    contexts = learned.context_space
     some = candidates[: 2 * limit]
     lengths = {c.capture: learned.captures[c.capture].motion_frames for c in some}
     long = [capture for capture, n in lengths.items() if n >= extents.LONG * n_frames]
 
     def view(capture: int) -> FloatArray | None:
         try:
-            return contexts.view(pool.features(capture))
+            return frames.of(learned, capture).contexts
         except StoreError:
             return None
 
-    return by_motion.to_activities(contexts.view(example), some, WhenAsked(long, view), limit)
+    contexts = learned.context_space.view(example)
+    return by_motion.to_activities(contexts, some, WhenAsked(long, view), limit)
 
 
 def _same(answer: by_motion.Candidate) -> str:

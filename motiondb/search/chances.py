@@ -168,7 +168,8 @@ def _with_captions(
             )
     said = [every - alone for every, alone in zip(log_odds, by_motion)]
     if sure is not None:
-        by_motion = sure.log_odds(np.array(by_motion)[:, None]).tolist()
+        (weight,) = sure.weights.tolist()
+        by_motion = [weight * each + sure.constant for each in by_motion]
     return list(map(_Stated, statements, said, is_said, by_motion))
 
 

@@ -51,7 +51,8 @@ def shown_words(
     inside = 2 * within > np.minimum(ends - starts, end - start)
     seen = every[inside].max(axis=0, initial=0.0)
     seen = np.where(known.checked | (seen > _WRITTEN), seen, 0.0)
-    likely = [known.names[w] for w in np.argsort(-seen, kind="stable") if seen[w] > _LIKELY]
+    above = np.flatnonzero(seen > _LIKELY)
+    likely = [known.names[w] for w in above[np.argsort(-seen[above], kind="stable")]]
     likely.sort(key=lambda word: first.index(word) if word in first else len(first))
     said = asked.evidence.written.get(capture)
     also = [w for w in asked.added if w in written and said is not None]

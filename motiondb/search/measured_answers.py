@@ -161,14 +161,12 @@ def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str
     if not measured_words(action):
         return False
     believed = _believed(asked, seen.capture, action)
-    whole = slice(None)
     event = event_of(action)
     is_told = event in ("seat", "rise") and {"up", "down"}.isdisjoint(believed)
     if is_told and not seen.is_away and not seen.events(event):
         return True
     return any(
-        direction not in believed
-        and seen.furthest(direction, turning(action), whole, least=1.0)[0] < 1.0
+        direction not in believed and not seen.goes_once(direction, turning(action))
         for direction in directions_to_measure(action)
         if direction != IN_PLACE
     )
@@ -423,7 +421,7 @@ def _compare_action(
         ways = _ways(seen, direction, action, place, shown[int(is_said)], seconds)
         if ways is not None:
             place = place if place.unknown else _moved(place, *ways)
-        elif not is_said or seen.furthest(direction, turning(action), slice(None))[0] >= 1.0:
+        elif not is_said or seen.goes_once(direction, turning(action)):
             lasting = f" {say_duration(seconds, None)}" if seconds > 0.0 else ""
             against.append(say_not_gone(direction, turning(action)) + lasting)
     return against, _unsure(place) if against else place

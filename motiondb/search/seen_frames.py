@@ -33,7 +33,7 @@ from motiondb.meaning.travelled import (
 from motiondb.records import Float32Array, FloatArray
 
 MOST_FRAMES = 200_000
-"""Feature frames, 15 a second, of the captures that are kept: some 200 MB. Chosen by hand."""
+"""Feature frames, 15 a second, of the captures that are kept: some 250 MB. Chosen by hand."""
 MOST_KNOWN = 64  # Values that are kept for a capture, such as the evidence of an action
 Value = TypeVar("Value")
 
@@ -101,13 +101,15 @@ class SeenFrames:
         return self.rows[:, LIMB_COLUMNS]
 
     def longest_going(
-        self, action: Sequence[str], room: slice = slice(None)
+        self, action: Sequence[str], room: slice | None = None
     ) -> tuple[float, int, int]:
-        """How long an action goes on, in some frames, and where: see ``longest_going``.
+        """How long an action goes on, in some frames or all, and where: see ``longest_going``.
 
         Who stands does so on the feet, and who stands still moves no limb. A posture lasts as long
         as its event does; infinitely long where the motion is away.
         """
+        if room is None:
+            return self._once(("goes", *action), lambda: self.longest_going(action, slice(None)))
         if event_of(action) in HELD and self.is_away:
             return inf, 0, len(self.rows)
         shown = self._once(("posture", *action), lambda: self._posture(action))
@@ -129,6 +131,11 @@ class SeenFrames:
         if {"still", "freeze"}.intersection(action):
             posed = posed & frames_without(self.events("move"), len(posed))
         return posed[::FEATURE_STEP][: len(self.rows)]
+
+    def goes_once(self, direction: str, turn: str) -> bool:
+        """Whether it goes in a direction anywhere, as far as it takes to be seen."""
+        key = "goes once", direction, turn
+        return self._once(key, lambda: self.furthest(direction, turn, slice(None))[0] >= 1.0)
 
     def furthest(
         self, direction: str, turn: str, part: slice | NDArray[np.bool_], least: float = 0.0
@@ -152,6 +159,14 @@ class SeenFrames:
     def track(self) -> FloatArray:
         """What measured words look at: array (frames, columns), see ``measured_track``."""
         return self.frames.track(self.capture)
+
+    @cached_property
+    def contexts(self) -> FloatArray:
+        """Contexts of its frames: array (frames, axes), 15 a second, see ``ContextSpace``.
+
+        StoreError where the motion is away.
+        """
+        return self.learned.context_space.view(self.frames.pool.features(self.capture))
 
     def smooth(self, words: Sequence[int]) -> FloatArray | None:
         """As :meth:`evidence`, averaged over neighbouring frames: array (frames,)."""

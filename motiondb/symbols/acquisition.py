@@ -32,6 +32,7 @@ from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 from motiondb.symbols import hmm
 from motiondb.symbols.hmm_jobs import CUT_SECONDS
 from motiondb.symbols.network import segment_by_symbols
+from motiondb.symbols.segmentation import sums_before
 from motiondb.symbols.settings import AcquisitionSettings, RecutSettings
 from motiondb.symbols.spread import Captures, Frames, Spread, are_segments, as_spread, frames_of
 from motiondb.workers import trusted
@@ -363,14 +364,13 @@ def describe_segments(
     frames: FloatArray | Float32Array, starts: IntArray, ends: IntArray
 ) -> FloatArray:
     """Mean features of every third of a segment: array (segments, 3 * dimensions)."""
-    sums = np.concatenate([np.zeros((1, frames.shape[1])), np.cumsum(frames, axis=0, dtype=float)])
-    parts = []
-    for third in range(3):
-        low = starts + (ends - starts) * third // 3
-        high = np.maximum(starts + (ends - starts) * (third + 1) // 3, low + 1)
-        high = np.minimum(high, len(frames))
-        parts.append((sums[high] - sums[low]) / (high - low)[:, None])
-    return np.concatenate(parts, axis=1)
+    thirds = np.arange(3)[:, None]
+    low = starts + (ends - starts) * thirds // 3
+    high = np.maximum(starts + (ends - starts) * (thirds + 1) // 3, low + 1)
+    high = np.minimum(high, len(frames))
+    places, at = np.unique(np.stack([low, high]), return_inverse=True)
+    before, behind = sums_before(frames, places)[at.reshape(2, 3, -1)]
+    return np.concatenate((behind - before) / (high - low)[..., None], axis=1)
 
 
 def seed_groups(descriptors: FloatArray, n_groups: int, rng: np.random.Generator) -> IntArray:

@@ -13,6 +13,7 @@ from typing import Annotated
 import numpy as np
 
 from motiondb.records import Axes, Float32Array, FloatArray
+from motiondb.symbols.hmm_jobs import one_blas_thread
 
 N_DIMENSIONS = 24  # Principal axes that are kept
 _CLIP = 8.0  # standard deviations: a broken frame cannot dominate a segment. By hand.
@@ -34,7 +35,8 @@ class FeatureSpace:
         # precision that would be enough to change which symbol wins a segment.
         blocks = (features[a : a + _BLOCK] for a in range(0, max(len(features), 1), _BLOCK))
         parts = ((block - self.mean) @ self.projection for block in blocks)
-        return np.concatenate([np.clip(p, -_CLIP, _CLIP).astype(np.float32) for p in parts])
+        with one_blas_thread():  # captures are small: a second thread takes ten times as long
+            return np.concatenate([np.clip(p, -_CLIP, _CLIP).astype(np.float32) for p in parts])
 
 
 def fit_feature_space(

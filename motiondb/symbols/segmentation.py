@@ -21,7 +21,7 @@ from itertools import pairwise
 import numpy as np
 from numba import njit
 
-from motiondb.records import FloatArray, IntArray, Segment
+from motiondb.records import Float32Array, FloatArray, IntArray, Segment
 from motiondb.symbols.settings import SegmentationSettings
 
 
@@ -43,6 +43,22 @@ def context(features: FloatArray, window: int) -> FloatArray:
             values[t, d] = mean / scale
             values[t, n_dims + d] = np.sqrt(max(variance, 0.0)) / scale
     return values
+
+
+@njit(cache=True, nogil=True)
+def sums_before(frames: FloatArray | Float32Array, places: IntArray) -> FloatArray:
+    """Sums of all frames before some places, which rise: array (places, dimensions)."""
+    sums, total, n = np.empty((len(places), frames.shape[1])), np.zeros(frames.shape[1]), 0
+    for t in range(len(frames) + 1):
+        if n == len(places):
+            break
+        if places[n] == t:
+            sums[n] = total
+            n += 1
+        if t < len(frames):
+            for d in range(frames.shape[1]):
+                total[d] += frames[t, d]
+    return sums
 
 
 def pose_speed(features: FloatArray) -> FloatArray:

@@ -124,7 +124,7 @@ def random_walk(seed: int, n_frames: int, n_dims: int = 3) -> FloatArray:
 @given(st.integers(0, 10**6), st.integers(1, 9), st.integers(1, 14))
 def test_distances_equal_plain_recursion(seed: int, n: int, m: int) -> None:
     query, capture = random_walk(seed, n), random_walk(seed + 1, m)
-    distance, start, end = alignment.best_part(query.astype("f4"), capture.astype("f4"))
+    distance, start, end = alignment.best_part(query.astype("f4"), capture.T)
     expected = by_recursion(query, capture)
     if np.isinf(expected):
         assert (distance, start, end) == (np.inf, 0, 0)
@@ -138,16 +138,27 @@ def test_distances_equal_plain_recursion(seed: int, n: int, m: int) -> None:
 @given(st.integers(0, 10**6), st.integers(0, 60), st.integers(5, 30))
 def test_a_part_finds_itself_exactly(seed: int, start: int, length: int) -> None:
     capture = random_walk(seed, 100).astype("f4")
-    actual = alignment.best_part(capture[start : start + length], capture)
+    actual = alignment.best_part(capture[start : start + length], capture.T)
     assert actual == (0.0, start, min(start + length, 100))
+
+
+@settings(deadline=None, max_examples=60)
+@given(st.integers(0, 10**6), st.integers(1, 12), st.integers(0, 20), st.floats(0.0, 3.0))
+def test_only_parts_that_are_too_far_are_given_up(
+    seed: int, length: int, low: int, farthest: float
+) -> None:
+    query, capture = random_walk(seed, length).astype("f4"), random_walk(seed + 1, 40).astype("f4")
+    distance, start, end = alignment.best_part(query, capture[low : low + 20].T)
+    expected = (distance, low + start, low + end) if distance <= farthest else (np.inf, 0, 0)
+    assert alignment.best_part(query, capture.T, low, low + 20, farthest) == expected
 
 
 @pytest.mark.parametrize("n_frames", [0, 1, 3])
 def test_too_short_a_capture_is_infinitely_far(n_frames: int) -> None:
     query = random_walk(0, 8).astype("f4")
-    assert alignment.best_part(query, query[:n_frames]) == (np.inf, 0, 0)
+    assert alignment.best_part(query, query[:n_frames].T) == (np.inf, 0, 0)
 
 
 def test_no_query_is_infinitely_far() -> None:
     capture = random_walk(0, 8).astype("f4")
-    assert alignment.best_part(capture[:0], capture) == (np.inf, 0, 0)
+    assert alignment.best_part(capture[:0], capture.T) == (np.inf, 0, 0)

@@ -75,7 +75,7 @@ class JoinedRows(NDArrayOperatorsMixin):
         if not isinstance(which, slice):
             return self._chosen(np.asarray(which))
         start, stop, step = which.indices(len(self))
-        pieces = list[NDArray[Any]]()
+        pieces: list[NDArray[Any]] = []
         run = bisect_right(self._edges, start) - 1
         while start < stop:
             end, (part, shift) = min(stop, self._edges[run + 1]), self._runs[run]

@@ -109,6 +109,8 @@ class Store:
         self._is_lent = False
         self._is_writing = False
         self._is_marked = False  # Whether the file says that there is a log beside it
+        self._is_fixed = False  # Whether nobody can change the file while the root is open
+        self._fixed_revision = -1, 0  # The opening for which it was loaded, and the revision
         self._process = os.getpid()
         _refuse_forked(path)
         self.lacked_log = False
@@ -230,7 +232,8 @@ class Store:
         Motions and originals that lie elsewhere are not read by DuckDB.
         """
         mode = root.execute("SELECT current_setting('access_mode')").fetchall()
-        if mode != [("read_only",)]:  # also one that shares the file with a store that writes
+        self._is_fixed = mode == [("read_only",)]
+        if not self._is_fixed:  # also where it shares the file with a store that writes
             return
         names = [str(Path.cwd() / file).partition("?") for file in self._writable]
         # what follows a question mark stays the end: DuckDB takes it for that of a URL
@@ -300,6 +303,20 @@ class Store:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+    def fixed_revision(self, load: Callable[[], int]) -> int | None:
+        """The revision, loaded once, of a file that DuckDB only reads; None where it may change.
+
+        Called in a block that keeps the root open.
+        """
+        self._cursor()  # opens it
+        if not self._is_fixed:
+            return None
+        opening, known = self._fixed_revision
+        if opening != self._opening:
+            known = load()
+            self._fixed_revision = self._opening, known
+        return known
 
     def _swap_root(self, is_lent: bool) -> None:
         with self._turn:
@@ -434,7 +451,7 @@ _LEAST_BOUND = 2**30
 batches: closing took 490 MiB under a bound of 250 MB, and more than twice as much as the data
 without one."""
 _PEAK = 3  # Memory that DuckDB takes for joining rows, as a multiple of these; measured, 2.6 to 3.3
-LARGE = 2**28
+LARGE = 2**26
 """Bytes of a file from which on DuckDB does not join row groups at every change; by hand."""
 KEEP_GROUPS = "SET max_vacuum_tasks = 0; SET checkpoint_threshold = '64MB'"
 """Whatever is added stays a row group of its own; a long ``add`` has one for each checkpoint."""
@@ -469,14 +486,15 @@ def limit_memory(store: Store, n_bytes: int = 0) -> bool:
     Where it joins the rows that were added with older ones, DuckDB reads and writes motions and
     files of hours, and would keep all of them in memory. What does not fit within the bound lies
     in a folder beside the file meanwhile, ``NAME.tmp``. The bound is twice what the captures take
-    that are read at once, since without room for these DuckDB fails.
+    that are read at once, since without room for these DuckDB fails. A file that becomes large is
+    not joined at all: written anew when it is closed, four hours took twice their size.
     """
     ((used, share),) = store.connection.execute(_USED).fetchall()
+    if used < LARGE <= used + n_bytes:  # one that is large already was limited when it was opened
+        store.connection.execute(KEEP_GROUPS)
     if _PEAK * (used + n_bytes) < _LEAST_BOUND:
         return False
     bound = max(_LEAST_BOUND, int(2 * used * (share or 0.0)), 4 * n_bytes)
     with suppress(StoreError):  # other threads hold more at this moment
         store.connection.execute(f"SET memory_limit = '{bound}B'")
-        if used < LARGE:  # a new file; one that is large already was limited when it was opened
-            store.connection.execute(KEEP_GROUPS)
     return True

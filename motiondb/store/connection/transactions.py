@@ -84,14 +84,17 @@ def reading(store: Store) -> Iterator[int]:
             known = store.local.snapshot_revision  # None in a transaction, which raises it
             yield revision(store) if known is None else known
             return
-        connection.execute("BEGIN")
+        fixed = store.fixed_revision(lambda: revision(store))
+        if fixed is None:
+            connection.execute("BEGIN")
         try:
-            store.local.snapshot_revision = revision(store)
+            store.local.snapshot_revision = revision(store) if fixed is None else fixed
             yield store.local.snapshot_revision
         finally:
             store.local.snapshot_revision = None
-            with suppress(StoreError):  # an error has ended it, and is on its way up
-                connection.execute("ROLLBACK")  # nothing was changed
+            if fixed is None:
+                with suppress(StoreError):  # an error has ended it, and is on its way up
+                    connection.execute("ROLLBACK")  # nothing was changed
 
 
 def revision(store: Store) -> int:

@@ -133,7 +133,7 @@ def test_probabilities_stand_beside_words_that_own_captions_hold(
     assert ask("walk then kick") == (reason, {False})
     assert ask("walk but not kick") == (reason, {False})
     example = started.motion("ana/walk_1")
-    alike = search_motion(learned, started.session.pool, example, sorted(learned.rows))
+    alike = search_motion(learned, started.session.frames, example, sorted(learned.rows))
     assert {m.probability for m in alike} == {None}
     assert alike.unchecked == NO_EXAMPLES_CHECKED  # the words' certainty says nothing of examples
     said = [pair for d in describe(learned, started.motion("ana/walk_1")) for pair in d.words]

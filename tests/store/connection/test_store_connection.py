@@ -322,6 +322,20 @@ def test_row_groups_of_a_large_file_are_joined_seldom(
         assert [info.name for info in store.load_captures(opened)] == list("abcdefg")
 
 
+def test_a_file_that_becomes_large_is_not_written_anew(
+    database: store.Store, samples: ModuleType, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(handle, "LARGE", 2**28)
+    for name in "abc":
+        with store.bounded_memory(database, 2**28):
+            samples.add(database, name)
+        database.close()
+        database = store.open_store(database.path)
+    groups = "SELECT count(DISTINCT row_group_id) FROM pragma_storage_info('motion')"
+    assert database.connection.value(groups) == 3
+    database.close()
+
+
 @pytest.mark.parametrize(
     ("made", "told"),
     [
