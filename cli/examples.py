@@ -55,6 +55,8 @@ motiondb search "walk, turn left, sit down"
 motiondb search "jump twice" --where performer=ana --export answers
 motiondb like ana/walk_1 --from 1 --to 3
 motiondb like take.bvh --by-motion-alone
+motiondb along "0,0 0,2 -1.5,2"
+motiondb along "0,0 0,4" --words "walk slowly" --png along.png
 motiondb describe ana/walk_1
 motiondb describe ana/walk_1 --gait --png gait.png
 motiondb describe --where 'performer=ana' -o words.csv

@@ -59,6 +59,7 @@ from motiondb.body.features import headings, runs, velocity
 from motiondb.body.pose_vectors import path_of
 from motiondb.language.vocabulary import as_said
 from motiondb.meaning.limb_sides import arm_raised, limb_held, outward_speeds
+from motiondb.meaning.score_vectors import averaged_rows
 from motiondb.meaning.travelled import SPINS, SPUN, TURNS
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
@@ -285,9 +286,7 @@ def _ends(track: FloatArray, word: str) -> list[tuple[int, int]]:
 
 def _stops(track: FloatArray) -> list[tuple[int, int]]:
     """The times around the ends of travelling that a rest follows."""
-    from scipy.ndimage import uniform_filter1d
-
-    speed = uniform_filter1d(np.hypot(track[:, 1], track[:, 2]), STEP, mode="nearest")
+    speed = averaged_rows(np.hypot(track[:, 1], track[:, 2]), STEP // 2)
     travels = [(a, b) for a, b in _runs(np.asarray(speed > RESTS)) if b - a >= STEP]
     rests = [b for _, b in travels if speed[b : b + 2 * STEP].min(initial=np.inf) < STOPPED]
     return [(max(b - 20, 0), min(b + STEP, len(track))) for b in rests]

@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
 from motiondb.errors import QueryError
 from motiondb.learn.learned import Learned
+from motiondb.meaning.score_vectors import averaged_rows
 from motiondb.meaning.travelled import STEADY, speeds_of
 from motiondb.records import Float32Array, FloatArray, IntArray, Match
 from motiondb.search.asked_words import learned_words
@@ -240,11 +241,9 @@ def way_of(speeds: FloatArray) -> NDArray[np.complex128]:
     >>> bool(np.abs(way[-1] - 3j) < 1e-9)
     True
     """
-    from scipy.ndimage import uniform_filter1d
-
     heading = np.concatenate([[0.0], np.cumsum(speeds[:-1, 2])]) / FEATURE_FPS
     velocity = (-speeds[:, 0] + 1j * speeds[:, 1]) * np.exp(1j * heading)
-    velocity = uniform_filter1d(velocity, round(STEADY * FEATURE_FPS), mode="nearest")
+    velocity = averaged_rows(velocity, round(STEADY * FEATURE_FPS) // 2)
     way = np.concatenate([[0.0], np.cumsum(velocity[:-1])]) / FEATURE_FPS
     return np.asarray(way, dtype=np.complex128)
 
