@@ -14,7 +14,7 @@ left is right, the names of the sides are exchanged, or the file's axes are left
 
 **Units** in use differ by a factor of 2.2 or more, so the size of the body tells them apart: legs
 between 0.56 m and 1.23 m (1.15 m to 2.5 m of height) are read rightly. A small child in centimetres
-may be mistaken for a person in inches, with a note from 0.95 m of height on. Where root and bones
+may be mistaken for a person in inches, with a note from 0.85 m of height on. Where root and bones
 have different units, the feet slide.
 
 **Rates** are found from frame times of few digits: 0.033 s is what 30 frames a second round to.
@@ -111,9 +111,9 @@ TYPICAL_LEG = 0.83
 """Hip to ankle of an adult, metres: half of a height of 1.70 m, less the height of the ankle."""
 TYPICAL_CHAIN = 1.15
 """Longest chain of bones from the root (to a hand or a foot) of an adult, metres."""
-_USUAL_SIZES = (1 / 1.6, 1.4)
-"""Ratios to the typical size outside which a body is noted. Legs of 0.52 m to 1.16 m pass: this
-covers adults and children from about six years. A smaller child in centimetres would be a giant in
+_USUAL_SIZES = (1 / 1.6, 1.25)
+"""Ratios to the typical size outside which a body is noted. Legs of 0.52 m to 1.04 m pass: this
+covers adults up to 2.1 m and children from about six years. A smaller child in centimetres would be a giant in
 inches; 540 real captures are at .91 to 1.18."""
 _DOUBTFUL_UNIT = 2.2
 """A body larger or smaller than typical by this ratio is not believed to be in the unit that its
