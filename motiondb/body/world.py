@@ -113,8 +113,8 @@ TYPICAL_CHAIN = 1.15
 """Longest chain of bones from the root (to a hand or a foot) of an adult, metres."""
 _USUAL_SIZES = (1 / 1.6, 1.25)
 """Ratios to the typical size outside which a body is noted. Legs of 0.52 m to 1.04 m pass: this
-covers adults up to 2.1 m and children from about six years. A smaller child in centimetres would be a giant in
-inches; 540 real captures are at .91 to 1.18."""
+covers adults up to 2.1 m and children from about six years. A smaller child in centimetres would
+be a giant in inches; 540 real captures are at .91 to 1.18."""
 _DOUBTFUL_UNIT = 2.2
 """A body larger or smaller than typical by this ratio is not believed to be in the unit that its
 file names: the units in use differ by more."""

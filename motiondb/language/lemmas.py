@@ -106,7 +106,7 @@ MORE_VERBS = frozenset(_MORE_TEXT.split()) | frozenset(_IRREGULAR.values())
 _FIXED = """
 left right forward backward up down over under around through out off into across behind above
 below straight back front side sideways both upper lower inside outside away near far high low
-stationary circular overhead single
+stationary circular overhead theone
 """
 FIXED = frozenset(_FIXED.split())
 """Words that stay as they are: a dictionary would give the lemma leave for left, and low for

@@ -54,7 +54,7 @@ _MODIFIERS = """
 left right forward backward up down over under around through out off into across behind above
 below straight back front side sideways both upper lower inside outside away near far high low arm
 hand leg foot knee head hip shoulder elbow chin ankle body chest wrist finger toe waist quick
-quickly slow slowly fast large small wide big sudden suddenly stationary circular overhead single
+quickly slow slowly fast large small wide big sudden suddenly stationary circular overhead theone
 """
 MODIFIERS = frozenset(_MODIFIERS.split())
 """Lemmas of manner, direction and body parts: alone they belong to the action before."""
@@ -62,7 +62,7 @@ MODIFIERS = frozenset(_MODIFIERS.split())
 IN_PLACE = "stationary"
 """The word for "in place" and "on the spot": "walk in place" is (walk, stationary)."""
 IN_A_CIRCLE = "circular"  # Likewise for "in a circle" and "around in circles"
-SINGLE = "single"  # Likewise for "on one leg"
+SINGLE = "theone"  # Likewise for "on one leg"; no word, so that none is lost
 BOX = "thebox"  # For a box that is a thing: to box is another word
 _SAID = {IN_PLACE: "in place", IN_A_CIRCLE: "in a circle", SINGLE: "one", BOX: "a box"}
 

@@ -53,8 +53,8 @@ def limb_held(words: Sequence[str]) -> tuple[str, ...]:
 
     >>> limb_held(("hop", "left", "foot")), limb_held(("kick", "left", "foot"))
     (('left', 'foot'), ())
-    >>> limb_held(("stand", "single", "leg"))
-    ('single', 'leg')
+    >>> limb_held(("stand", SINGLE, "leg"))
+    ('theone', 'leg')
     """
     if _ON_ONE_LEG.isdisjoint(words):
         return ()

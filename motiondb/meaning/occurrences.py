@@ -180,7 +180,7 @@ def event_of(words: Sequence[str]) -> str:
     ('sit', '', 'turn')
     >>> event_of(("raise", "left", "arm")), event_of(("hand", "overhead")), event_of(("raise",))
     ('raise left', 'overhead', '')
-    >>> event_of(("stand", "single", "leg")), event_of(("lie", "floor"))
+    >>> event_of(("stand", "theone", "leg")), event_of(("lie", "floor"))
     ('on one leg', 'lie')
     """
     if {"hand", "stand"} <= {*words}:
