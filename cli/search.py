@@ -219,6 +219,8 @@ def along(
         _write_csv(answer.matches, as_csv)
         return
     if not printing.as_json(shared, motiondb.like_answer(answer)):
+        if answer.read_as:
+            printing.say(f"read as: {answer.read_as}")
         _print_answer(answer, reasons=True)
 
 

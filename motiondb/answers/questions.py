@@ -195,6 +195,7 @@ class LikeAnswer:
     threshold: float | None
     unchecked: str  # Why there are no probabilities; "" where there are
     matches: tuple[Match, ...]
+    read_as: str = ""  # How the words beside a path were read
 
 
 def like_answer(answer: ExampleAnswer | WordAnswer) -> LikeAnswer:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,7 +16,7 @@ from motiondb.body.features import FEATURE_FPS
 from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.loading import nearby_table
 from motiondb.database.session import Session
-from motiondb.database.values import Where, check_least
+from motiondb.database.values import Where, check_least, check_text
 from motiondb.errors import QueryError
 from motiondb.language.question.readings import say
 from motiondb.learn.learned import Learned
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
 MOST_SHOWN, UNSURE = 1000, 30
 """Answers to words that are looked at along a path; and those of which none has a probability."""
-AROUND = 3.0  # Seconds around the interval of an answer in which the path may lie
+AROUND = 45  # Feature frames (3 s) around the interval of an answer in which the path may lie
 
 
 def answer_words(
@@ -86,6 +87,7 @@ def answer_path(
     from motiondb.search.by_path import Ways, points_of, read_path, search_path
 
     check_least("limit", limit, 1)
+    check_text("words", words)
     path = points_of(path) if isinstance(path, str) else path
     read_path(path)  # before the words are looked for
     learned, pool = session.searchable, session.pool
@@ -94,14 +96,20 @@ def answer_path(
         ways = session.kept("ways", lambda: Ways.of({c: pool.of_capture(c) for c in every}))
         return search_path(learned, ways, path, allowed, limit)
     number = {info.name: capture for capture, info in learned.captures.items()}
-    said, firsts, rows = dict[int, str](), dict[int, int](), dict[int, Float32Array]()
-    for match in _shown(answer_words(session, words, allowed, MOST_SHOWN, exact).matches):
+    said, firsts = dict[int, tuple[str, int, int]](), dict[int, int]()
+    rows = dict[int, Float32Array]()
+    shown = answer_words(session, words, allowed, MOST_SHOWN, exact)
+    for match in _shown(shown.matches):
         capture = number[match.capture]
-        first = max(round(FEATURE_FPS * (match.start - AROUND)), 0)
+        start, end = round(FEATURE_FPS * match.start), round(FEATURE_FPS * match.end)
         sure = "" if match.probability is None else f" {match.probability:.2f}"
-        said[capture], firsts[capture] = f"{words}{sure}", first
-        rows[capture] = pool.of_capture(capture)[first : round(FEATURE_FPS * (match.end + AROUND))]
-    return search_path(learned, Ways.of(rows, firsts), path, list(rows), limit, said)
+        said[capture] = f"{say(shown.question.tree)}{sure}", start, end
+        firsts[capture] = max(start - AROUND, 0)
+        rows[capture] = pool.of_capture(capture)[firsts[capture] : end + AROUND]
+    found = search_path(learned, Ways.of(rows, firsts), path, list(rows), limit, said)
+    left = (f"{each.text!r} is not used: {each.reason}" for each in shown.not_used)
+    read_as = filter(None, (shown.not_understood, shown.understood, *shown.remarks, *left))
+    return replace(found, read_as="; ".join(read_as))
 
 
 def _shown(matches: Sequence[Match]) -> Sequence[Match]:

@@ -69,7 +69,8 @@ _MANNERS = (
     (r"slow(?:s|ing|ed)?\s+down", "slow"),
     (
         r"((?:walk|run|jog|step|stride|go|com|mov)(?:e?s|ing|ped|ged|e?d|e)?|goes|ran|went|came)"
-        r"\s+(?:right\s+|straight\s+)?up\s+to(?!\s+\d)",
+        r"\s+(?:right\s+|straight\s+)?up\s+to(?!\s+(?:\d|one\b|two\b|three\b|four\b|five\b|ten\b"
+        r"|the\s+(?:roof|top|surface|summit|next|upper|first|second|ceiling|floor)\b))",
         r"\1 to",
     ),
     (

@@ -63,8 +63,15 @@ IN_PLACE = "stationary"
 """The word for "in place" and "on the spot": "walk in place" is (walk, stationary)."""
 IN_A_CIRCLE = "circular"  # Likewise for "in a circle" and "around in circles"
 SINGLE = "theone"  # Likewise for "on one leg"; no word, so that none is lost
+OVERHEAD = "overhead"  # Likewise for "above the head", and "in the air" of hands
 BOX = "thebox"  # For a box that is a thing: to box is another word
-_SAID = {IN_PLACE: "in place", IN_A_CIRCLE: "in a circle", SINGLE: "one", BOX: "a box"}
+_SAID = {
+    IN_PLACE: "in place",
+    IN_A_CIRCLE: "in a circle",
+    SINGLE: "one",
+    BOX: "a box",
+    OVERHEAD: "above the head",
+}
 
 WILDCARD = "?"
 _BREAK = re.compile(r"[,;.!\n]+|\b(?:and\s+then|then|and|followed\s+by|before)\b", re.IGNORECASE)
@@ -76,7 +83,8 @@ _PHRASES = (
     (re.compile(r"\blay[\s-]+ups?\b", re.IGNORECASE), "layup"),
     (
         re.compile(
-            r"\b(?:walk|stand|balanc)(?:e?s|ing|e?d|e)?\s+on\s+(?:(?:both|the|his|her|their)\s+)*hands\b",
+            r"\b(?:walk|stand|balanc)(?:e?s|ing|e?d|e)?\s+on\s+(?:(?:both|the|his|her|their)\s+)*hands\b"
+            r"(?!\s+and\s+(?:knees|feet|legs))",
             re.IGNORECASE,
         ),
         "hand stand",
@@ -116,8 +124,9 @@ _PHRASES = (
     ),
     (
         re.compile(
-            r"\b((?:an?|the|this|that|his|her|their|two|three|some|big|large|small|heavy|light|empty)"
-            r"\s+|(?:lift|carr|push|pull|hold|stack|mov|pick)\w*\s+(?:up\s+)?(?=boxes))box(?:es)?\b",
+            r"\b((?:an?|the|his|her|their|big|large|small|heavy|light|empty|full|wooden|cardboard"
+            r"|two(?=\s+boxes)|three(?=\s+boxes))\s+|(?:lift|carr|push|pull|hold|stack|mov|pick)\w*\s+(?:up\s+)?(?=boxes))"
+            r"box(?:es)?\b(?!\s+(?:jump|step|squat|with|against))",
             re.IGNORECASE,
         ),
         rf"\1{BOX}",
@@ -144,7 +153,7 @@ _PHRASES = (
             r"|\b(?<=arms\s)in\s+the\s+air\b|\b(?<=hands\s)in\s+the\s+air\b",
             re.IGNORECASE,
         ),
-        "overhead",
+        OVERHEAD,
     ),
 )
 SAME = (
@@ -402,7 +411,7 @@ def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
             "Ask for example for 'walk, turn left, sit down'."
         )
     near = [as_said(near) for word, words in unknown.items() for near in words]
-    near = [word for word in near if word not in map(as_said, unknown)]
+    near = [word for word in near if word not in " ".join(map(as_said, unknown)).split()]
     hint = (
         f"Perhaps {' or '.join(dict.fromkeys(near))}."
         if near

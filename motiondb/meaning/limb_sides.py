@@ -31,7 +31,7 @@ HOLDING = frozenset(_HOLDING_TEXT.split())
 """Actions whose limb is the one that rests: who hops on the left leg may move the other."""
 _ON_ONE_LEG = frozenset(("hop", "stand", "balance"))
 _RAISES = frozenset(("raise", "lift", "up", "overhead"))
-_PLAIN = frozenset(("hold", "put", "keep", "stretch", "throw", "stick"))
+PLAIN = frozenset(("hold", "put", "keep", "stretch", "throw", "stick"))
 
 
 def limbs_to_measure(words: Sequence[str]) -> tuple[tuple[str, str], ...]:
@@ -71,7 +71,7 @@ def arm_raised(words: Sequence[str]) -> str | None:
     ('both', None)
     """
     arms = [word for word in words if word in LIMBS and word not in LEGS]
-    rest = {*words} - _RAISES - _PLAIN - SIDES - {*arms}
+    rest = {*words} - _RAISES - PLAIN - SIDES - {*arms}
     if _RAISES.isdisjoint(words) or not arms or (rest and "raise" not in words):
         return None
     return next((side for side, limb in pairwise(words) if side in SIDES and limb in arms), "")

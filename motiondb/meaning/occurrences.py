@@ -185,7 +185,7 @@ def event_of(words: Sequence[str]) -> str:
     """
     if {"hand", "stand"} <= {*words}:
         return "handstand"
-    posture = _posture_of(words)
+    posture = _posture(words)
     if posture:
         return posture
     if "up" in words and not _RISES.isdisjoint(words):
@@ -200,7 +200,7 @@ def event_of(words: Sequence[str]) -> str:
     return found[-1] if found else "turn" if not TURNS.isdisjoint(words) else ""
 
 
-def _posture_of(words: Sequence[str]) -> str:
+def _posture(words: Sequence[str]) -> str:
     """The posture that an action takes, with its side; "" for others."""
     hand = arm_raised(words)
     if hand is not None:
@@ -226,6 +226,21 @@ def say_posture(posture: str) -> str:
         "overhead": f"hold {hands} overhead",
     }
     return said.get(what, what)
+
+
+def is_held(event: str) -> bool:
+    """Whether an event lasts for as long as a posture is held.
+
+    >>> is_held("raise left"), is_held("sit"), is_held("jump"), is_held("")
+    (True, True, False, False)
+    """
+    return event.split(" ")[0] in HELD
+
+
+def posture_of(action: Sequence[str]) -> str:
+    """The posture of ``POSED`` that an action takes, with its side; "" for others."""
+    event = event_of(action)
+    return event if event.split(" ")[0] in POSED else ""
 
 
 def _speeds(places: FloatArray) -> FloatArray:

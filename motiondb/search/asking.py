@@ -43,8 +43,8 @@ from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE
 from motiondb.learn.learned import Learned
 from motiondb.meaning.degrees import Degree, degree_of
 from motiondb.meaning.direction import vertical_ways
-from motiondb.meaning.limb_sides import arm_raised, limb_held, limbs_to_measure
-from motiondb.meaning.occurrences import COUNTED, HELD, POSED, event_of, say_posture
+from motiondb.meaning.limb_sides import PLAIN, arm_raised, limb_held, limbs_to_measure
+from motiondb.meaning.occurrences import COUNTED, POSED, event_of, is_held, posture_of, say_posture
 from motiondb.meaning.travelled import GOES, LEAST, REST, TRAVELS, directions_to_measure
 from motiondb.search.asked_words import (
     AskedWords,
@@ -67,8 +67,10 @@ from motiondb.search.takings import (
     write_otherwise,
 )
 
-_OF_OTHERS = frozenset(("forward", "backward", "back", "side", "front", "around"))
-"""What is not measured of a posture: on which side somebody lies."""
+_OF_ARMS = frozenset((*SIDES, *LIMBS, "up", "overhead"))  # Words of a raised hand
+_OF_POSTURES = frozenset(("raise", "lift", "lie", "kneel", "stand", "balance"))
+_WITH_POSTURES = frozenset((*_OF_POSTURES, *MODIFIERS, *PLAIN, "floor", "ground"))
+"""Words beside which a posture is asked for, and nothing else."""
 COUNTED_EVENTS = frozenset((*COUNTED, "spin", "stop"))
 """Events of which one is told from the next."""
 
@@ -194,8 +196,9 @@ def understand(
         limits = set().union(*map(_measured_limits, read[0].parts))
         not_searched = tuple(n for n in not_searched if n.text not in limits)
     posture = posture_of(only) if is_single and read[0].parts[0].actions else ""
-    is_unsaid = bool(posture) and {*read[0].parts[0].actions[0]} != {*only}
-    is_seen_alone = is_unsaid or bool(posture and takings)
+    is_alone = bool(posture) and _WITH_POSTURES.issuperset(only)
+    is_said = is_alone and {*read[0].parts[0].actions[0]} == {*only} and not takings
+    is_seen_alone = is_alone and not (is_said and _OF_POSTURES.intersection(only))
     return AskedQuestion(
         sentence.text,
         sentence,
@@ -244,7 +247,7 @@ def _measured_words(action: tuple[str, ...]) -> frozenset[str]:
     event = event_of(action)
     ends: Collection[str] = {"seat": {"down"}, "rise": {"up"}}.get(event, set())
     if event.split(" ")[0] in POSED:
-        ends = MODIFIERS.intersection(action) - _OF_OTHERS
+        ends = _OF_ARMS.intersection(action) if arm_raised(action) is not None else {"down"}
     return frozenset((*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)))
 
 
@@ -335,12 +338,6 @@ def _as_measured(asked: AskedWords, action: Sequence[str]) -> tuple[str, ...]:
     return tuple(w if w in LEAST or event_of((w,)) else asked.likeliest(w) for w in action)
 
 
-def posture_of(action: Sequence[str]) -> str:
-    """The posture that an action takes, as ``find_occurrences`` takes it; "" for others."""
-    event = event_of(action)
-    return event if event.split(" ")[0] in POSED else ""
-
-
 def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> bool:
     """Whether a reading, or the only action of a question, names what is measured."""
     compared = _compared(asked, reading, only)
@@ -372,7 +369,7 @@ def lasts_going(part: Part, action: Sequence[str]) -> bool:
     """Whether a part asks how long one action travels, rests or is held: it is measured."""
     travels = not GOES.isdisjoint(action) and IN_PLACE not in action
     asks = part.seconds > 0.0 or part.longest is not None
-    rests = bool(REST.intersection(action)) or event_of(action) in HELD
+    rests = bool(REST.intersection(action)) or is_held(event_of(action))
     return asks and len(part.actions) == 1 and (travels or rests)
 
 

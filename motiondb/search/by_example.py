@@ -43,12 +43,15 @@ class ExampleAnswer(Tabled, Sequence[Match]):
     unchecked : str
         Why the answers carry no probabilities, where captions have not sufficed to learn or to
         check them (``motiondb.learn.checking``); otherwise "".
+    read_as : str
+        How the words beside a path were read; "" without.
     """
 
     matches: tuple[Match, ...]
     strength: float | None = None
     threshold: float | None = None
     unchecked: str = ""
+    read_as: str = ""
 
     @property
     def matches_anything(self) -> bool | None:

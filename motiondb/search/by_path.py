@@ -8,8 +8,11 @@ is another path::
     for every size s:                          # of .7 to 1.4 times the drawn length L
         for every part of length s L:          # of the way of the pelvis
             turn and shift it onto the line    # in closed form, as complex numbers
-            deviation = root mean square distance / (s L) + PER_OCTAVE * |log2 s|
+            deviation = root mean square distance / (s E) + PER_OCTAVE * |log2 s|
     best part of each capture; captures in the order of their deviations
+
+E is the length of a straight line whose points are as far from their mean as those of the drawn
+one: a line that goes to and fro in a small place is not near another one by that alone.
 
 The way is that of the velocities in the features, averaged over a second: the pelvis sways.
 """
@@ -36,9 +39,9 @@ N_POINTS = 33  # Points at which two lines are compared
 SIZES = tuple(float(size) for size in 2.0 ** np.linspace(-0.5, 0.5, 7))  # .7 to 1.4
 PER_OCTAVE = 0.02  # Deviation that half or twice the size counts as
 STANDS = 0.15  # Speed, m/s, up to which a body sways and does not travel
-MOST_ALONG = 0.06
-"""Largest deviation of a part that goes along a line: a turn of 45 degrees is .053 from a straight
-line, a quarter of a circle .08 from a corner."""
+MOST_ALONG = 0.05
+"""Largest deviation of a part that goes along a line: a turn of 45 degrees is .06 from a straight
+line, a quarter of a circle .10 from a corner."""
 BETWEEN = 1.0  # Length between the way of a capture and the next one, m
 AT_ONCE = 50_000  # Parts that are compared at once: some 50 MB
 SHORTEST, LONGEST, MOST_POINTS = 0.5, 100.0, 1000  # m, m, points of a drawn line
@@ -115,8 +118,8 @@ def read_path(points: Sequence[Sequence[float]] | FloatArray) -> NDArray[np.comp
             f"path: expected 2 to {MOST_POINTS} points of 2 numbers, metres to the right and up as "
             "seen from above, such as '0,0 0,3 2,3', found something else."
         )
-    if not np.isfinite(xy).all():
-        raise QueryError("path: expected finite numbers, found NaN or infinity.")
+    if not (np.abs(xy) < 1e6).all():
+        raise QueryError("path: expected numbers of metres below 1e6, found NaN or larger ones.")
     line = xy[:, 0] + 1j * xy[:, 1]
     along = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(line)))])
     if not SHORTEST <= along[-1] <= LONGEST:
@@ -141,7 +144,7 @@ def points_of(text: str) -> list[tuple[float, float]]:
     points = []
     for pair in text.replace(";", " ").split():
         try:
-            right, up = map(float, pair.split(","))
+            right, up = (float(number) for number in pair.replace("_", "?").split(","))
         except ValueError:
             raise QueryError(
                 f"path: expected points such as '0,0 0,3 2,3', metres to the right and up as seen "
@@ -157,17 +160,22 @@ def search_path(
     points: Sequence[Sequence[float]] | FloatArray,
     allowed: Collection[int],
     limit: int = 10,
-    said: Mapping[int, str] | None = None,
+    said: Mapping[int, tuple[str, int, int]] | None = None,
 ) -> ExampleAnswer:
     """The intervals of captures that travel along a line, best first.
 
-    `said`: Capture -> what else is said of its answer.
+    `said`: Capture -> what else is said of its answer, and the feature frames [a, b) with which it
+    must have one in common.
     """
     line = read_path(points)
     ranked = sorted(best_parts(ways, line, allowed), key=lambda one: (one.deviation, one.capture))
+    if said is not None:
+        ranked = [
+            o for o in ranked if o.first < said[o.capture][2] and o.behind > said[o.capture][1]
+        ]
     length = _length(line)
     matches = tuple(
-        _match(learned, rank, one, length, (said or {}).get(one.capture, ""))
+        _match(learned, rank, one, length, said[one.capture][0] if said else "")
         for rank, one in enumerate(ranked[:limit], start=1)
     )
     return ExampleAnswer(matches, 1.0 - ranked[0].deviation if ranked else None, 1.0 - MOST_ALONG)
@@ -177,28 +185,35 @@ def best_parts(ways: Ways, line: NDArray[np.complex128], allowed: Collection[int
     """The part of each capture that goes along a line best; of those that travel far enough."""
     is_allowed = np.isin(ways.captures, np.fromiter(allowed, np.int64, len(allowed)))
     best = dict[int, Along]()
-    for size in SIZES if len(ways.captures) else ():
+    begins = ways.gone[ways.starts]
+    lengths = ways.gone[np.append(ways.starts[1:], len(ways.gone)) - 1] - begins
+    for size in SIZES if is_allowed.any() else ():
         apart = size * _length(line) / (N_POINTS - 1)
-        for low in range(0, int(ways.gone[-1] / apart) + 1, AT_ONCE):
-            at = apart * np.arange(low, low + AT_ONCE + N_POINTS - 1)
-            _keep_best(best, ways, is_allowed, size, line, at)
+        # points of each way, from its own beginning on
+        counts = np.where(is_allowed, np.floor(lengths / apart + 1e-9).astype(np.int64) + 1, 0)
+        owners = np.repeat(np.arange(len(counts)), counts)
+        nth = np.arange(len(owners)) - np.repeat(np.cumsum(counts) - counts, counts)
+        at = begins[owners] + apart * nth
+        for low in range(0, len(at), AT_ONCE):
+            some = slice(low, low + AT_ONCE + N_POINTS - 1)
+            _keep_best(best, ways, size, line, at[some], owners[some])
     return list(best.values())
 
 
 def _keep_best(
     best: dict[int, Along],
     ways: Ways,
-    is_allowed: NDArray[np.bool_],
     size: float,
     line: NDArray[np.complex128],
     at: NDArray[np.floating],
+    owners: IntArray,
 ) -> None:
-    """Keep the parts of a size that are better than those before; they begin at lengths `at`."""
-    begins = ways.gone[ways.starts]
-    ends = ways.gone[np.append(ways.starts[1:], len(ways.gone)) - 1]
-    of = np.searchsorted(begins, at, side="right") - 1
-    first, last = of[: 1 - N_POINTS], of[N_POINTS - 1 :]
-    whole = (first == last) & (at[N_POINTS - 1 :] <= ends[first] + 1e-9) & is_allowed[first]
+    """Keep the parts of a size that are better than those before.
+
+    They begin at lengths `at` of the ways of `owners` (points,).
+    """
+    first, last = owners[: 1 - N_POINTS], owners[N_POINTS - 1 :]
+    whole = first == last
     if not whole.any():
         return
     places = _at(ways.points, ways.gone, at)
@@ -209,7 +224,7 @@ def _keep_best(
     product = np.abs(parts @ wanted.conj())
     squares = (np.abs(parts) ** 2).sum(axis=1) + (np.abs(wanted) ** 2).sum() - 2.0 * product
     distance = np.sqrt(np.maximum(squares, 0.0) / N_POINTS)
-    deviation = distance / (size * _length(line)) + PER_OCTAVE * abs(np.log2(size))
+    deviation = distance / (size * _extent(line)) + PER_OCTAVE * abs(np.log2(size))
     starts, owner = at[: 1 - N_POINTS][whole], first[whole]
     for k in np.unique(owner).tolist():
         mine = np.flatnonzero(owner == k)
@@ -224,6 +239,11 @@ def _keep_best(
         best[number] = Along(
             number, low - begin, high - begin, float(distance[n]), size, float(deviation[n])
         )
+
+
+def _extent(line: NDArray[np.complex128]) -> float:
+    """Length of a straight line whose points are as far from their mean as those of a line, m."""
+    return float(np.sqrt(12.0 * (np.abs(line - line.mean()) ** 2).mean()))
 
 
 def _length(line: NDArray[np.complex128]) -> float:

@@ -52,6 +52,7 @@ from motiondb.meaning.limb_sides import (
 from motiondb.meaning.occurrences import (
     event_of,
     frames_without,
+    posture_of,
     say_posture,
     sitting,
     standing,
@@ -72,7 +73,11 @@ from motiondb.search.asking import (
     is_repeated,
     lasts_going,
     measured_words,
-    posture_of,
+)
+from motiondb.search.measured_postures import (
+    lacks_posture,
+    leaves_posture_open,
+    posture_though_excluded,
 )
 from motiondb.search.placing import PartPlace, Placed, is_labelled
 from motiondb.search.said_together import POSTURES
@@ -156,7 +161,7 @@ def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str
         least = part.seconds if lasts_going(part, action) else LEAVES
         if seen.longest_going(action)[0] < least:
             return True
-    if _lacks_posture(asked, seen, action):
+    if lacks_posture(asked, seen, action):
         return True
     if not measured_words(action):
         return False
@@ -170,16 +175,6 @@ def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str
         for direction in directions_to_measure(action)
         if direction != IN_PLACE
     )
-
-
-def _lacks_posture(asked: AskedWords, seen: SeenFrames, action: Sequence[str]) -> bool:
-    """Whether a take nowhere shows the posture of an action, and no caption of it says so."""
-    posture = posture_of(action)
-    if not posture or seen.is_away or seen.events(posture):
-        return False
-    if asked.evidence.written.get(seen.capture) is None:
-        return True
-    return all(posture_of(words) != posture for words in asked.learned.said_actions(seen.capture))
 
 
 def _counted_event(part: Part, actions: Sequence[Sequence[str]]) -> str:
@@ -246,6 +241,7 @@ def _goes(
     if not alone and (now.start, now.end) != (place.start, place.end):
         now = replace(now, start=place.start, end=place.end, right=None)
     unclear = any(side_amount(speeds[_inside(now)], side) < CLEAR_SIDE for side, _, speeds in sides)
+    unclear = unclear or leaves_posture_open(asked, seen, action, now.start, now.end)
     if "sideways" in directions_to_measure(action) and "sideways" not in believed:
         aside, ahead, _ = np.abs(seen.speeds[_inside(now)]).sum(axis=0)
         unclear = unclear or bool(aside < ahead)
@@ -294,7 +290,7 @@ def _at_events(
             )
     posture = posture_of(actions[0])
     if not found:
-        lacks = _lacks_posture(question.asked, seen, actions[0])
+        lacks = lacks_posture(question.asked, seen, actions[0], found)
         return place, [f"does not {say_posture(posture)}"] * lacks, True
     inside = [g for g in groups if g[-1][1] > place.start and g[0][0] < place.end]
     evidence = seen.evidence([question.asked.numbers[word] for word in part.actions[0]])
@@ -476,10 +472,15 @@ def _done_though_excluded(
     done = list[str]()
     end = math.inf if exclusion.later else place.end
     for action, excluded in product(actions or ((),), exclusion.actions):
-        if MODIFIERS.issuperset(excluded) and not place.unknown:
+        posed = posture_though_excluded(
+            seen, excluded_words(action, excluded), place.start, place.end
+        )
+        if posed is not None:
+            done += posed
+        elif MODIFIERS.issuperset(excluded) and not place.unknown:
             done += _goes_though_excluded(seen, _inside(place), action, excluded)
     event = excluded_event(exclusion)
-    is_event = event == "move" or bool(event and actions)
+    is_event = event == "move" or bool(event and actions and not posture_of(exclusion.actions[0]))
     is_direction = bool(exclusion.actions) and MODIFIERS.issuperset(exclusion.actions[0])
     if (
         is_event

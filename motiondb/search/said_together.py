@@ -84,7 +84,8 @@ def searched_together(
         found = found or list(part.actions)
         searched = list[tuple[str, ...]]()
         for action in found:
-            action = _as_climbed(action, said) if is_known else action
+            if is_known and "climb" in asked.learned.word_numbers:
+                action = _as_climbed(action, said)
             groups, lost = _groups(action, said) if is_known else (_unimplied(action), [])
             searched += groups
             apart.extend(word for group in groups for word in group if len(groups) > 1)

@@ -18,7 +18,13 @@ from motiondb.language.vocabulary import IN_PLACE
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import LIMB_COLUMNS, FramePool
 from motiondb.meaning.edge_map import averaged, frame_cues
-from motiondb.meaning.occurrences import HELD, event_of, find_occurrences, frames_without, standing
+from motiondb.meaning.occurrences import (
+    event_of,
+    find_occurrences,
+    frames_without,
+    is_held,
+    standing,
+)
 from motiondb.meaning.travelled import (
     REST,
     TRAVELS,
@@ -110,21 +116,21 @@ class SeenFrames:
         """
         if room is None:
             return self._once(("goes", *action), lambda: self.longest_going(action, slice(None)))
-        if event_of(action) in HELD and self.is_away:
+        if is_held(event_of(action)) and self.is_away:
             return inf, 0, len(self.rows)
         shown = self._once(("posture", *action), lambda: self._posture(action))
         speed = self._once(("speed",), lambda: steady_speed(self.speeds))
         inside = np.zeros_like(shown)
         inside[room] = shown[room]
-        return longest_going(speed, action, inside, event_of(action) in HELD)
+        return longest_going(speed, action, inside, is_held(event_of(action)))
 
     def _posture(self, action: Sequence[str]) -> NDArray[np.bool_]:
         """Frames whose posture is that of an action; all if it needs none: array (frames,)."""
         event, rests = event_of(action), not REST.isdisjoint(action)
-        if event not in HELD and (not rests or TRAVELS.intersection(action) or self.is_away):
+        if not is_held(event) and (not rests or TRAVELS.intersection(action) or self.is_away):
             return np.ones(len(self.rows), dtype=bool)
         posed = np.ones(len(self.track), dtype=bool)
-        if event in HELD:
+        if is_held(event):
             posed = ~frames_without(self.events(event), len(posed))
         elif "stand" in action:
             posed = standing(self.track)

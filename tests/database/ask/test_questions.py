@@ -217,3 +217,20 @@ def test_generated_captures_are_no_material(db: MotionDB) -> None:
     assert number in db.searchable.rows
     assert number not in db.learned.rows
     assert (np.diff(db.searchable.segments.capture_ids) >= 0).all()
+
+
+def test_postures_are_measured_in_time_order_and_exclusion(asked: MotionDB) -> None:
+    lasting = asked.search("raise both hands for a minute", limit=5)
+    assert all("goes on for" in match.reason for match in lasting.matches)
+    for question in ("not raise a hand", "walk without raising the arms"):
+        first = asked.search(question, limit=3).matches
+        for match in (match for match in first if not match.contradicted):
+            raised = find_occurrences(measured_track(asked.motion(match.capture)), "raise")
+            assert not any(a / 30 < match.end and b / 30 > match.start for a, b in raised)
+    ordered = asked.search("raise the left hand, then raise the right hand", limit=5)
+    assert all(match.probability is None for match in ordered.matches if match.contradicted)
+
+
+def test_walking_up_stairs_is_not_climbing_where_no_caption_climbs(asked: MotionDB) -> None:
+    assert "climb" not in asked.learned.word_numbers
+    assert asked.search("walk up the stairs").matches

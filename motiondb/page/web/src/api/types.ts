@@ -704,6 +704,7 @@ export interface LikeReply {
   threshold: number | null;
   unchecked: string;
   matches: ShownMatch[];
+  read_as: string;
   ref: string;
   start: number | null;
   end: number | null;
@@ -1098,6 +1099,7 @@ export interface SearchReply {
   threshold: number | null;
   unchecked: string;
   matches: ShownMatch[];
+  read_as: string;
   question: UnderstoodQuestion;
   taken: Record<string, WordProbability[]>;
   suggested: Record<string, WordProbability[]>;

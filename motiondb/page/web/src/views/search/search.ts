@@ -165,7 +165,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       if (wanted.path) {
         const asked = { path: wanted.path, words: wanted.q, ...rest };
         const answer = await get<LikeReply>("/api/along", asked, signal);
-        const said = wanted.q ? `“${wanted.q}”, along the path` : "Along the path";
+        const said = wanted.q ? `Read as: ${answer.read_as}; along the path` : "Along the path";
         fill(
           understood,
           h("p", { class: "small muted" }, `${said} under Options, anywhere and in any direction`),
