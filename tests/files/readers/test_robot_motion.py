@@ -79,12 +79,24 @@ def test_the_rate_that_export_writes_beside_a_table_is_read(folder: Path) -> Non
     assert read_capture(path, fps=25.0).fps == 25.0
 
 
-@pytest.mark.parametrize("unit", ["time_ms", "timestamp [ms]", "time"])
-def test_times_in_milliseconds(folder: Path, unit: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "step", "fps"),
+    [
+        *(("time_ms", 20.0, 50), ("timestamp [ms]", 20.0, 50), ("time", 20.0, 50)),
+        *(("time_ms", 1.0, 1000), ("time [ms]", 2.0, 500), ("timeMs", 3.9, 256)),
+        *(("t_us", 1000.0, 1000), ("timestamp_ns", 5e6, 200), ("time (\u00b5s)", 2e4, 50)),
+        *(("timestamp_s", 0.02, 50), ("seconds", 0.02, 50), ("t", 0.02, 50), ("times", 5.0, 200)),
+    ],
+)
+def test_times_are_in_the_unit_of_their_name(
+    folder: Path, name: str, step: float, fps: int
+) -> None:
     names = ["root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw"]
-    times = np.arange(len(TABLE))[:, None] * 20.0
-    head = ",".join([unit, *names, *ROBOT.joint_names])
-    assert read_capture(_csv(folder, np.concatenate([times, TABLE], axis=1), head)).fps == 50.0
+    times = np.arange(len(TABLE))[:, None] * step
+    path = _csv(folder, np.concatenate([times, TABLE], axis=1))
+    head = ",".join([name, *names, *ROBOT.joint_names])
+    path.write_text(f"{head}\n{path.read_text().lstrip()}", encoding="utf-8")
+    assert round(read_capture(path).fps) == fps
 
 
 def test_a_workbook_called_a_table_is_named(folder: Path) -> None:
