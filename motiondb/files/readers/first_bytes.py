@@ -14,6 +14,8 @@ _ROOT_COLUMN = re.compile(
     r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?([qt]?[xyzw])$"
 )
 
+ROOT_COLUMNS = ("root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw")
+"""Of the tables that `export --onto` writes, before those of the joints."""
 JOINTS = (
     *("joint_pos", "dof_pos", "dof_positions", "dof", "joint_angles", "joint_positions"),
     *("joint_position", "joint_pos_rad"),
