@@ -71,6 +71,7 @@ stand at -.04 to -.01, of the others above 0."""
 _UNLIKE, _LONGER = 1.25, 1.5
 """Ratios of the lengths of a bone on both sides, and of a shin or forearm to the bone above: 1.19
 and 1.24 at most in 565 real captures."""
+_NO_LENGTH = 1e-6  # Metres of a bone below which its joints are at one place
 _CROSSED = MappingProxyType(
     {"knee": -0.02, "ankle": -0.13, "shoulder": -0.02, "elbow": -0.02, "wrist": -0.05}
 )
@@ -336,6 +337,11 @@ def _unlike_bones(points: FloatArray, has_toes: bool) -> str:
         ways = (points[:, _I[f"{s}_{above}"]] - points[:, _I[f"{s}_{below}"]] for s in "lr")
         left, right = (float(np.nanmedian(np.linalg.norm(way, axis=1))) for way in ways)
         if max(left, right) > _UNLIKE * min(left, right):
+            if min(left, right) < _NO_LENGTH:
+                side = "left" if left < right else "right"
+                return (
+                    f"from {above} to {below} has no length on the {side} (a joint may be missing)"
+                )
             return (
                 f"from {above} to {below} is {left / right:.2g} times as long on the left as on "
                 "the right"

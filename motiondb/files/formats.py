@@ -8,6 +8,7 @@ untrusted data: any exception of a reader that is not an error of this project b
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -39,12 +40,15 @@ from motiondb.files.limits import (
     guarded,
 )
 from motiondb.files.safe_files import is_file, open_file
+from motiondb.files.text import clean_bytes, decode, quoted
 from motiondb.records import Clip, Event
 
 if TYPE_CHECKING:
     from motiondb.files.readers.markers import MarkerTracks
 
 _MAX_BESIDE = 1_000_000  # Bytes of a JSON beside a table
+_MAX_FIRST = 100_000  # Bytes of a table in which its header stands
+_BESIDE = {"fps", "up", "units", "quaternion_order", "model", "columns"}  # What ours says
 _UNIT_LENGTH = 1e-3
 """How far the square of a quaternion's length may be from 1. Normalised ones are within 1e-15; a
 larger difference comes from numbers that overflowed."""
@@ -239,6 +243,9 @@ def _read_takes(data: bytes, kind: str, path: object, options: ReadOptions) -> d
 
 def _as_asked(clip: Clip, path: object, options: ReadOptions) -> Clip:
     """Return a clip in the world that the user names; markers and positions are read so."""
+    if options.rate_file:
+        told = f"The frame rate, {options.fps:g} a second, is that of {quoted(options.rate_file)}."
+        clip = replace(clip, notes=(*clip.notes, told))
     if options.unit is not None:
         clip = replace(clip, notes=clip.notes + asked_unit_notes(clip))
     if clip.format in ("c3d", "trc", "movement", "positions"):
@@ -292,12 +299,36 @@ def with_rate_beside(path: Path, options: ReadOptions) -> ReadOptions:
         return options
     try:
         content = parse_json(read_file(said, options), _MAX_BESIDE)
+        head = _first_cells(path, options)
     except (CaptureError, JSONError, UnicodeDecodeError):
         return options
-    fps = content.get("fps") if isinstance(content, dict) and "columns" in content else None
-    if not isinstance(fps, float | int) or not MIN_FPS <= fps <= MAX_FPS:
+    fps = content.get("fps") if isinstance(content, dict) else None
+    if isinstance(fps, bool) or not isinstance(fps, float | int) or not MIN_FPS <= fps <= MAX_FPS:
         return options
-    return replace(options, fps=float(fps))
+    if not _names_columns(content, head):
+        return options
+    return replace(options, fps=float(fps), rate_file=said.name)
+
+
+def _first_cells(path: Path, options: ReadOptions) -> list[str]:
+    """Return the cells of the first line of a table that is no remark."""
+    from motiondb.files.readers.first_bytes import cells
+
+    with guarded(path), open_file(path, options.within) as file:
+        start = clean_bytes(file.read(_MAX_FIRST), path)
+    lines = decode(start).splitlines()
+    return cells(next((line for line in lines if line.strip() and line[0] != "#"), ""))
+
+
+def _names_columns(said: Mapping[str, object], head: list[str]) -> bool:
+    """Whether a JSON beside a table names the columns of its header, or is ours of one without."""
+    from motiondb.files.readers.first_bytes import ROOT_COLUMNS, is_number
+
+    columns = said.get("columns")
+    if not isinstance(columns, list) or not columns or not all(map(is_number, head)):
+        return columns == head
+    ours = {*said} == _BESIDE and columns[: len(ROOT_COLUMNS)] == [*ROOT_COLUMNS]
+    return ours and len(columns) == len(head)
 
 
 def read_skeleton(path: Path, options: ReadOptions) -> bytes:

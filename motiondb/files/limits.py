@@ -94,6 +94,7 @@ class ReadOptions:
     up: str = ""  # Axis that points up, whatever the file says: x, y, z, -x, -y, -z
     mirror_world: bool = False  # The axes of the file are left-handed
     swap_sides: bool = False  # The names of left and right are exchanged
+    rate_file: str = ""  # Name of the file beside the capture that says `fps`; "": none
 
 
 AS_USUAL = ReadOptions()

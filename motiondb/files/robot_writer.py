@@ -18,11 +18,11 @@ import numpy as np
 from motiondb.body import hinges, rotation
 from motiondb.body.hinges import Robot
 from motiondb.files.arrays import velocities
+from motiondb.files.readers.first_bytes import ROOT_COLUMNS
 from motiondb.files.safe_files import output_file
 from motiondb.records import FloatArray
 
 ROBOT_ENDINGS = (".csv", ".npz")
-_ROOT = ("root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw")
 
 
 def write_robot(
@@ -45,13 +45,13 @@ def write_robot(
     if path.suffix.lower() == ".npz":
         return None
     beside = path.with_suffix(".json")
-    said = {
+    said = {  # formats.with_rate_beside reads it
         "fps": fps,
         "up": "z",
         "units": "metres, radians",
         "quaternion_order": "x, y, z, w",
         "model": robot.name,
-        "columns": [*_ROOT, *joints],
+        "columns": [*ROOT_COLUMNS, *joints],
     }
     with output_file(beside) as draft:
         draft.write_text(json.dumps(said, indent=1) + "\n", encoding="utf-8")

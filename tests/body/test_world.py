@@ -199,6 +199,14 @@ def test_names_exchanged_along_one_limb_are_told(one: str, other: str) -> None:
     assert any("times as long on the left as on the right" in note for note in notes)
 
 
+@pytest.mark.parametrize(("above", "below"), [("elbow", "wrist"), ("hip", "knee")])
+def test_a_bone_without_length_on_one_side_is_told(above: str, below: str) -> None:
+    points = walk()
+    points[:, body.INDEX[f"r_{below}"]] = points[:, body.INDEX[f"r_{above}"]]
+    (note,) = world.side_notes(points, True)
+    assert note.startswith(f"The way from {above} to {below} has no length on the right")
+
+
 def test_names_exchanged_along_both_arms_are_told() -> None:
     points = walk()
     for side in "lr":

@@ -115,6 +115,14 @@ def test_what_was_not_captured_stands_as_a_box_while_it_is_needed(serve_copy, ne
     wait_for(page, "() => document.querySelector('.player-canvas').dataset.ghosts === '1'")
 
 
+_IN_SIGHT = """(() => {
+  const { left, right } = document.querySelector(".timeline-scroll").getBoundingClientRect();
+  const marks = [...document.querySelector(".timeline-ruler").children];
+  const places = marks.map((one) => one.getBoundingClientRect().left);
+  return places.filter((x) => x > left && x < right).length;
+})()"""
+
+
 def test_a_timeline_is_shown_nearer(asked_server, new_page):
     page = new_page(f"{asked_server}{CAPTURE}")
     ruler = page.locator(".timeline-ruler").first
@@ -126,6 +134,10 @@ def test_a_timeline_is_shown_nearer(asked_server, new_page):
         nearer.click()
     assert ruler.bounding_box()["width"] > 3 * whole["width"]
     assert ruler.locator("span").count() > 2 * n_marks
+    page.locator(".timeline-scroll").first.evaluate("part => (part.scrollLeft = part.scrollWidth)")
+    wait_for(page, f"() => {_IN_SIGHT} > 5")
+    page.locator(".timeline-scroll").first.evaluate("part => (part.scrollLeft = 0)")
+    wait_for(page, f"() => {_IN_SIGHT} > 5")
     for _ in range(3):
         page.get_by_label("Show more of the time line").click()
     assert abs(ruler.bounding_box()["width"] - whole["width"]) < 1

@@ -263,6 +263,12 @@ def test_a_drawn_path_is_searched(asked_server, new_page):
     said = page.locator(".answer-verdict").first
     said.get_by_text("cm off a path of").wait_for()
     assert "walk" in said.inner_text()
+    drawn = page.get_by_label("Along a path").input_value()
+    assert len(drawn.split()) > 10
+    to(2, 2)
+    page.mouse.down()  # a click draws nothing
+    page.mouse.up()
+    assert page.get_by_label("Along a path").input_value() == drawn
     page.get_by_label("Along a path").fill("0,0 x")
     page.get_by_role("button", name="Search again").click()
     page.get_by_text("expected points such as").wait_for()

@@ -14,6 +14,8 @@ _ROOT_COLUMN = re.compile(
     r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?([qt]?[xyzw])$"
 )
 
+ROOT_COLUMNS = ("root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw")
+"""Of the tables that `export --onto` writes, before those of the joints."""
 JOINTS = (
     *("joint_pos", "dof_pos", "dof_positions", "dof", "joint_angles", "joint_positions"),
     *("joint_position", "joint_pos_rad"),
@@ -49,7 +51,14 @@ _SMPL_KEYS = ("smpl_poses", "fullpose", "root_orient", "global_orient", "pose_bo
 _MOTION_ARRAY = re.compile(
     "|".join(name for name in (*ROBOT_KEYS, *_SMPL_KEYS) if len(name) > 3).encode()
 )
-_TIME = re.compile(r"^(time|timestamp|t|seconds)[ _]?[\[(]?(s|sec|ms)?[\])]?$")
+_UNITS: Mapping[str, str] = MappingProxyType(
+    {"": "s", "m": "ms", "milli": "ms", "u": "us", "\u00b5": "us", "\u03bc": "us", "micro": "us"}
+    | {"n": "ns", "nano": "ns"}
+)  # What stands before "s" or "seconds" -> unit of times
+_TIME = re.compile(
+    r"^(?:time|timestamp|t|(?=seconds))(?:s?|[ _/.]*[\[(]?"
+    rf"(?P<unit>{'|'.join(_UNITS)})(?:s|secs?|seconds)[\])]?)$"
+)
 _FRAME = re.compile(r"^(frame|index|frame_?(id|number|index)|)$")
 
 
@@ -120,12 +129,16 @@ def is_number(cell: str) -> bool:
 def column(name: str) -> tuple[str, str]:
     """Return what a column holds ("root", "turn", "time", "frame" or "joint"), and which axis.
 
+    Of times it says the unit: "s", "ms", "us", "ns", or "" where the name has none.
+
     >>> column("root_pos_x"), column("root_qw"), column("left_knee_joint"), column("root_rot_x")
     (('root', 'x'), ('turn', 'w'), ('joint', ''), ('turn', 'x'))
+    >>> column("time [ms]"), column("t_us"), column("timestamp_s"), column("times")
+    (('time', 'ms'), ('time', 'us'), ('time', 's'), ('time', ''))
     """
     text = re.sub(r"([a-z])([A-Z])", r"\1_\2", name).lower().strip()
-    if _TIME.match(text):
-        return "time", ""
+    if times := _TIME.match(text):
+        return "time", _UNITS.get(times["unit"], "")
     if _FRAME.match(text):
         return "frame", ""
     found = _ROOT_COLUMN.match(text)

@@ -10,6 +10,8 @@ https://github.com/NVIDIA/soma-retargeter (robot CSV).
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -22,7 +24,8 @@ from motiondb.files.text import clean_bytes, decode, quoted
 from motiondb.records import FloatArray
 
 _SEED_FPS = 120.0
-_LEAST_MS = 4.0  # A step of times above this is milliseconds: 250 frames a second
+_SECONDS: Mapping[str, float] = MappingProxyType({"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9})
+_LEAST_MS = 4.0  # A step of times without a unit above this is milliseconds: 250 frames a second
 _AS_SEED = (
     "The root has angles in place of a quaternion; the file is read as those of BONES-SEED: "
     "centimetres, degrees, turns about x, y and z of the world, 120 a second without times."
@@ -79,10 +82,10 @@ def _numbered(table: FloatArray) -> int:
     return int(even and apart[1] < 0.01 < apart[0])
 
 
-def _rate_of(times: FloatArray) -> float | None:
-    """Return the frames per second of times in s, or in ms; None for numbers of frames."""
+def _rate_of(times: FloatArray, unit: str = "") -> float | None:
+    """Return the frames per second of times, in s or ms without a unit; None for numbers."""
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-    step = step / 1e3 if step >= _LEAST_MS else step
+    step *= _SECONDS[unit or ("ms" if step >= _LEAST_MS else "s")]
     return find_rate(step)[0] if 1e-4 < step < 1.0 else None
 
 
@@ -103,10 +106,10 @@ def _named_columns(table: FloatArray, names: tuple[str, ...], path: object) -> R
             "expected columns for x, y and z of the root and w, x, y and z of its quaternion, "
             f"found {', '.join(quoted(n, 30) for n in names[:12])}. Name them root_x and root_qx.",
         )
-    times = [table[:, n] for n, (kind, _) in enumerate(kinds) if kind == "time"]
+    times = [(table[:, n], unit) for n, (kind, unit) in enumerate(kinds) if kind == "time"]
     places = table[:, [root[axis] for axis in "xyz"]]
     turns = table[:, [turn[axis] for axis in ("zyx" if is_euler else "wxyz")]]
-    fps = _rate_of(times[0]) if times else None
+    fps = _rate_of(*times[0]) if times else None
     notes: tuple[str, ...] = ()
     if is_euler:
         turns, places = rotation.from_euler(turns, "ZYX"), places * 0.01

@@ -1,5 +1,6 @@
 """Motions of robots: one walk in every form is the same clip; faults are named."""
 
+import json
 import pickle
 import zlib
 from pathlib import Path
@@ -11,8 +12,10 @@ import pytest
 from motiondb.body import hinges, retarget, rotation
 from motiondb.errors import CaptureError
 from motiondb.files.folder import find_captures, not_read
-from motiondb.files.formats import read_capture
+from motiondb.files.formats import read_capture, with_rate_beside
+from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.robot_model import read_robot
+from motiondb.files.robot_writer import write_robot
 from motiondb.records import Clip
 from tests import small_robot
 
@@ -71,20 +74,64 @@ def test_csv_with_a_header_is_read_by_its_names_in_any_order(folder: Path) -> No
 
 
 def test_the_rate_that_export_writes_beside_a_table_is_read(folder: Path) -> None:
-    path = _csv(folder, TABLE)
-    path.with_suffix(".json").write_text('{"fps": 50.0, "columns": []}')
+    path = folder / "w.csv"
+    write_robot(path, ROBOT, 50.0, ROOT, TURNS, VALUES)
     clip = read_capture(path)
     assert clip.fps == 50.0
-    assert not any("frame rate" in note for note in clip.notes)
-    assert read_capture(path, fps=25.0).fps == 25.0
+    assert "The frame rate, 50 a second, is that of 'w.json'." in clip.notes
+    assert not any("no frame rate" in note for note in clip.notes)
+    given = read_capture(path, fps=25.0)
+    assert given.fps == 25.0
+    assert not any("w.json" in note for note in given.notes)
+    _csv(folder, TABLE[:, :-1])  # another table than that which the file describes
+    assert with_rate_beside(path, ReadOptions()) == ReadOptions()
 
 
-@pytest.mark.parametrize("unit", ["time_ms", "timestamp [ms]", "time"])
-def test_times_in_milliseconds(folder: Path, unit: str) -> None:
+_HEAD = ["root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw"]
+_HEAD += ROBOT.joint_names
+
+
+@pytest.mark.parametrize(
+    ("said", "fps"),
+    [
+        ({"fps": 50, "columns": _HEAD}, 50.0),
+        ({"fps": 50, "columns": _HEAD[::-1]}, None),
+        ({"fps": 50, "columns": []}, None),
+        ({"fps": True, "columns": _HEAD}, None),
+        ({"fps": "50", "columns": _HEAD}, None),
+        ({"fps": float("nan"), "columns": _HEAD}, None),
+        ({"fps": 2001.0, "columns": _HEAD}, None),
+        ([50], None),
+    ],
+)
+def test_the_rate_beside_a_table_is_that_of_its_columns(
+    folder: Path, said: object, fps: float | None
+) -> None:
+    path = _csv(folder, TABLE, ",".join(_HEAD))
+    path.with_suffix(".json").write_text(json.dumps(said))
+    assert with_rate_beside(path, ReadOptions()).fps == fps
+    _csv(folder, TABLE)
+    assert with_rate_beside(path, ReadOptions()).fps is None
+
+
+@pytest.mark.parametrize(
+    ("name", "step", "fps"),
+    [
+        *(("time_ms", 20.0, 50), ("timestamp [ms]", 20.0, 50), ("time", 20.0, 50)),
+        *(("time_ms", 1.0, 1000), ("time [ms]", 2.0, 500), ("timeMs", 3.9, 256)),
+        *(("t_us", 1000.0, 1000), ("timestamp_ns", 5e6, 200), ("time (\u00b5s)", 2e4, 50)),
+        *(("timestamp_s", 0.02, 50), ("seconds", 0.02, 50), ("t", 0.02, 50), ("times", 5.0, 200)),
+    ],
+)
+def test_times_are_in_the_unit_of_their_name(
+    folder: Path, name: str, step: float, fps: int
+) -> None:
     names = ["root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw"]
-    times = np.arange(len(TABLE))[:, None] * 20.0
-    head = ",".join([unit, *names, *ROBOT.joint_names])
-    assert read_capture(_csv(folder, np.concatenate([times, TABLE], axis=1), head)).fps == 50.0
+    times = np.arange(len(TABLE))[:, None] * step
+    path = _csv(folder, np.concatenate([times, TABLE], axis=1))
+    head = ",".join([name, *names, *ROBOT.joint_names])
+    path.write_text(f"{head}\n{path.read_text().lstrip()}", encoding="utf-8")
+    assert round(read_capture(path).fps) == fps
 
 
 def test_a_workbook_called_a_table_is_named(folder: Path) -> None:

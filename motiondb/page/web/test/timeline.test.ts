@@ -4,7 +4,9 @@ import { rgbOf, tintOf } from "../src/parts/tint.ts";
 import { bytesText, plural, seconds, signed } from "../src/parts/text.ts";
 import { lacksLane, packRows, stretchLane, symbolLane, wordLane } from "../src/timeline/lanes.ts";
 import { niceTicks } from "../src/timeline/ticks.ts";
+import { pixelsOf } from "../src/timeline/timeline.ts";
 import type { PlacedSymbol } from "../src/api/types.ts";
+import { MOST, strokeFrom, strokeTo } from "../src/views/search/path.ts";
 import { axisEnds, clustersOf, foundSymbols } from "../src/views/symbols/clusters.ts";
 import { placeMarks } from "../src/views/symbols/labels.ts";
 import { ellipseOf, fitAxes, NO_ZOOM, zoomAt, zoomed } from "../src/views/symbols/projection.ts";
@@ -38,6 +40,43 @@ test("no row ever holds two blocks that overlap", () => {
 test("rulers have round times and not too many", () => {
   assert.deepEqual(niceTicks(5.7, 6), [0, 1, 2, 3, 4, 5]);
   for (const duration of [0.3, 1, 7, 59, 61, 3600]) assert.ok(niceTicks(duration, 8).length <= 9);
+});
+
+test("a part of a ruler has the marks of the whole ruler there", () => {
+  for (const [duration, most] of [
+    [5.7, 30],
+    [600, 3600],
+    [3600, 21600],
+  ] as const) {
+    const [from, to] = [duration * 0.4, duration * 0.4 + 6];
+    const whole = niceTicks(duration, most);
+    const part = niceTicks(duration, most, from, to);
+    assert.deepEqual(
+      part,
+      whole.filter((time) => time >= from && time < to),
+    );
+    assert.ok(part.length <= 40);
+    assert.deepEqual(niceTicks(duration, most, -duration, 2 * duration), whole);
+  }
+});
+
+test("a wheel counts in pixels, lines or pages", () => {
+  assert.deepEqual(
+    [0, 1, 2].map((deltaMode) => pixelsOf({ deltaY: -3, deltaMode })),
+    [-3, -48, -1200],
+  );
+});
+
+test("a drawn line begins with a move, and is thinned where it is long", () => {
+  let stroke = strokeFrom([0, 0]);
+  assert.equal(strokeTo(stroke, [0.1, 0.1]), stroke);
+  for (let n = 1; n <= 2000; n += 1) {
+    stroke = strokeTo(stroke, [n * 0.2, 0]);
+    assert.ok(stroke.points.length <= MOST);
+    assert.ok(n * 0.2 - stroke.points.at(-1)![0] < stroke.apart);
+  }
+  assert.deepEqual(stroke.points[0], [0, 0]);
+  assert.ok(stroke.points.length > MOST / 3);
 });
 
 test("findings stand with their sentence, and needs with what they are", () => {

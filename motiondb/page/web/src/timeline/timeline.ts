@@ -39,6 +39,15 @@ const GRIP = 7;
 const NEAREST = 2;
 const NEARER = 1.6;
 
+/** Pixels that a line and a page of a wheel are; a page brings a part e times as near. */
+const LINE = 16;
+const PAGE = 400;
+
+/** How far a wheel was turned, pixels: browsers count pixels, lines or pages. */
+export function pixelsOf({ deltaY, deltaMode }: Pick<WheelEvent, "deltaY" | "deltaMode">): number {
+  return deltaY * ([1, LINE, PAGE][deltaMode] ?? 1);
+}
+
 export function makeTimeline(options: TimelineOptions): Timeline {
   const { duration } = options;
   const percent = (time: number): string => `${(Math.min(Math.max(time, 0), duration) / duration) * 100}%`;
@@ -101,7 +110,7 @@ export function makeTimeline(options: TimelineOptions): Timeline {
       (event) => {
         if (!event.ctrlKey) return;
         event.preventDefault();
-        bring(Math.exp(-event.deltaY / 400), event.clientX);
+        bring(Math.exp(-pixelsOf(event) / PAGE), event.clientX);
       },
       { passive: false },
     );
@@ -123,15 +132,25 @@ export function makeTimeline(options: TimelineOptions): Timeline {
 
   let selection: Interval | null = null;
   let shownTime = 0;
+  let ruled: Interval = [0, duration];
+  /** Marks the visible part, and a window's width before and behind it. */
   function showRuler(): void {
+    const shown = duration / nearness;
+    const start = (view.scrollLeft / Math.max(area.clientWidth, 1)) * duration;
+    ruled = [start - shown, start + 2 * shown];
     fill(
       ruler,
-      niceTicks(duration, Math.round((options.small ? 6 : 12) * nearness)).map((time) =>
+      niceTicks(duration, Math.round((options.small ? 6 : 12) * nearness), ...ruled).map((time) =>
         h("span", { style: { left: percent(time) } }, `${Number(time.toFixed(2))}`),
       ),
     );
   }
   showRuler();
+  view.addEventListener("scroll", () => {
+    const half = duration / nearness / 2;
+    const start = (view.scrollLeft / Math.max(area.clientWidth, 1)) * duration;
+    if (start - half < ruled[0] || start + 3 * half > ruled[1]) showRuler();
+  });
 
   function showSelection(): void {
     chosen.hidden = selection === null;

@@ -10,10 +10,28 @@ export interface PathField {
 
 type Point = readonly [number, number];
 
+/** A line that is being drawn, and how far apart its points are at least, metres. */
+export interface Stroke {
+  readonly points: readonly Point[];
+  readonly apart: number;
+}
+
 /** Metres from the middle of the floor to its edge, and between drawn points. */
 const REACH = 4;
 const APART = 0.15;
-const MOST = 150;
+export const MOST = 150;
+
+/** A line that begins at a point; it is drawn from its second point on. */
+export const strokeFrom = (at: Point): Stroke => ({ points: [at], apart: APART });
+
+/** A line with one more point, if that is far enough; of too many points every second one is kept. */
+export function strokeTo(stroke: Stroke, at: Point): Stroke {
+  const [x, y] = stroke.points.at(-1)!;
+  if (Math.hypot(at[0] - x, at[1] - y) < stroke.apart) return stroke;
+  const points = [...stroke.points, at];
+  if (points.length <= MOST) return { ...stroke, points };
+  return { points: points.filter((_, n) => n % 2 === 0), apart: 2 * stroke.apart };
+}
 
 /** The points of a text; null if it holds anything else. */
 export function pointsOf(text: string): Point[] | null {
@@ -73,7 +91,7 @@ export function makePathField(id: string, drew: () => void): PathField {
     grid,
     line,
   );
-  let drawn: Point[] | null = null;
+  let drawn: Stroke | null = null;
 
   function show(points: readonly Point[]): void {
     fill(line, lineOf(points));
@@ -88,23 +106,21 @@ export function makePathField(id: string, drew: () => void): PathField {
 
   function extend(event: PointerEvent): void {
     if (!drawn) return;
-    const [x, y] = at(event);
-    const [x0, y0] = drawn.at(-1) ?? [Infinity, Infinity];
-    if (Math.hypot(x - x0, y - y0) < APART || drawn.length === MOST) return;
-    drawn.push([x, y]);
-    text.value = drawn.map((point) => point.join(",")).join(" ");
-    show(drawn);
+    const longer = strokeTo(drawn, at(event));
+    if (longer === drawn) return;
+    drawn = longer;
+    text.value = drawn.points.map((point) => point.join(",")).join(" ");
+    show(drawn.points);
   }
 
   floor.addEventListener("pointerdown", (event) => {
     event.preventDefault();
     floor.setPointerCapture(event.pointerId);
-    drawn = [];
-    extend(event);
+    drawn = strokeFrom(at(event)); // what was drawn before stays until the pointer moves
   });
   floor.addEventListener("pointermove", extend);
   const end = (): void => {
-    if (drawn && drawn.length > 1) drew();
+    if (drawn && drawn.points.length > 1) drew();
     drawn = null;
   };
   floor.addEventListener("pointerup", end);
