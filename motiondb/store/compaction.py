@@ -178,6 +178,8 @@ def backup(store: Store, path: Path, check: Callable[[Path], Sequence[str]]) -> 
         raise StoreError(
             f"{path}: expected a folder that is there, found none. Make it, or give another name."
         )
+    if not os.access(path.absolute().parent, os.W_OK | os.X_OK):
+        raise StoreError(_no_room(store.path, path, PermissionError("no right to write there.")))
     if store.lacked_log:  # the copy would not say so
         raise StoreError(store.log_note)
     sweep_databases(path.absolute().parent)

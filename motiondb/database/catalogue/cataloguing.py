@@ -405,7 +405,7 @@ def _save(
 _GUESS = re.compile(
     r"--(up|mirror-world|swap-sides|fps)\b|they slide|radians|unit is a guess"
     r"|if (it|this) is wrong|exchanged|more than once|Nothing moves|straight line|no motion"
-    r"|Kept as (?:markers|series)|Lost for long|Another performer|as a copy of them"
+    r"|header says|Kept as (?:markers|series)|Lost for long|Another performer|as a copy of them"
 )
 """What a note on the reading of a file says where a person should look at it."""
 
