@@ -100,7 +100,9 @@ def test_a_copy_into_a_folder_that_may_not_be_written_names_the_folder(
     with as_others() as can:
         if not can:
             pytest.skip("this user may write everything")
-        with pytest.raises(StoreError, match=f"expected room for a copy in {folder}, found: no right"):
+        with pytest.raises(
+            StoreError, match=f"expected room for a copy in {folder}, found: no right"
+        ):
             store.backup(database, folder / "copy.duckdb", lambda _copy: [])
     assert [*folder.iterdir()] == []
 
