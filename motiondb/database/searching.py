@@ -88,13 +88,12 @@ def answer_path(
 
     check_least("limit", limit, 1)
     check_text("words", words)
-    path = points_of(path) if isinstance(path, str) else path
-    read_path(path)  # before the words are looked for
+    line = read_path(points_of(path) if isinstance(path, str) else path)
     learned, pool = session.searchable, session.pool
     if not words.strip():
         every = sorted(learned.rows)
         ways = session.kept("ways", lambda: Ways.of({c: pool.of_capture(c) for c in every}))
-        return search_path(learned, ways, path, allowed, limit)
+        return search_path(learned, ways, line, allowed, limit)
     number = {info.name: capture for capture, info in learned.captures.items()}
     said, firsts = dict[int, tuple[str, int, int]](), dict[int, int]()
     rows = dict[int, Float32Array]()
@@ -106,7 +105,7 @@ def answer_path(
         said[capture] = f"{say(shown.question.tree)}{sure}", start, end
         firsts[capture] = max(start - AROUND, 0)
         rows[capture] = pool.of_capture(capture)[firsts[capture] : end + AROUND]
-    found = search_path(learned, Ways.of(rows, firsts), path, list(rows), limit, said)
+    found = search_path(learned, Ways.of(rows, firsts), line, list(rows), limit, said)
     left = (f"{each.text!r} is not used: {each.reason}" for each in shown.not_used)
     read_as = filter(None, (shown.not_understood, shown.understood, *shown.remarks, *left))
     return replace(found, read_as="; ".join(read_as))

@@ -44,7 +44,7 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning.degrees import Degree, degree_of
 from motiondb.meaning.direction import vertical_ways
 from motiondb.meaning.limb_sides import PLAIN, arm_raised, limb_held, limbs_to_measure
-from motiondb.meaning.occurrences import COUNTED, POSED, event_of, is_held, posture_of, say_posture
+from motiondb.meaning.occurrences import COUNTED, event_of, is_held, posture_of, say_posture
 from motiondb.meaning.travelled import GOES, LEAST, REST, TRAVELS, directions_to_measure
 from motiondb.search.asked_words import (
     AskedWords,
@@ -244,9 +244,8 @@ def measured_words(action: Sequence[str]) -> frozenset[str]:
 @lru_cache(256)
 def _measured_words(action: tuple[str, ...]) -> frozenset[str]:
     limbs = {*chain.from_iterable(limbs_to_measure(action)), *limb_held(action)}
-    event = event_of(action)
-    ends: Collection[str] = {"seat": {"down"}, "rise": {"up"}}.get(event, set())
-    if event.split(" ")[0] in POSED:
+    ends: Collection[str] = {"seat": {"down"}, "rise": {"up"}}.get(event_of(action), set())
+    if posture_of(action):
         ends = _OF_ARMS.intersection(action) if arm_raised(action) is not None else {"down"}
     return frozenset((*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)))
 
@@ -340,8 +339,7 @@ def _as_measured(asked: AskedWords, action: Sequence[str]) -> tuple[str, ...]:
 
 def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> bool:
     """Whether a reading, or the only action of a question, names what is measured."""
-    compared = _compared(asked, reading, only)
-    if any(map(measured_words, compared)) or any(map(posture_of, compared)):
+    if any(map(measured_words, _compared(asked, reading, only))):
         return True
     return any(map(excluded_event, reading.exclusions)) or any(
         is_repeated(part)

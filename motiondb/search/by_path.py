@@ -157,17 +157,16 @@ def points_of(text: str) -> list[tuple[float, float]]:
 def search_path(
     learned: Learned,
     ways: Ways,
-    points: Sequence[Sequence[float]] | FloatArray,
+    line: NDArray[np.complex128],
     allowed: Collection[int],
     limit: int = 10,
     said: Mapping[int, tuple[str, int, int]] | None = None,
 ) -> ExampleAnswer:
     """The intervals of captures that travel along a line, best first.
 
-    `said`: Capture -> what else is said of its answer, and the feature frames [a, b) with which it
-    must have one in common.
+    `line`: As ``read_path`` gives it. `said`: Capture -> what else is said of its answer, and the
+    feature frames [a, b) with which it must have one in common.
     """
-    line = read_path(points)
     ranked = sorted(best_parts(ways, line, allowed), key=lambda one: (one.deviation, one.capture))
     if said is not None:
         ranked = [
