@@ -51,21 +51,29 @@ _OF_CAPTURES = re.compile(
 )
 _LIGHT = re.compile(
     r"\b(?:(?:go|goes|going|went|gone)\s+(?:out\s+)?(?:for|on)\s+(?:a|an|another|some)"
-    r"|(?:break|breaks|breaking|broke|burst|bursts|bursting)\s+into\s+an?(?!\w)"
     r"|(?:take|takes|taking|took|taken|have|has|having|had|give|gives|giving|gave|given|execute|"
-    r"executes|executing|executed|carry\s+out|carries\s+out|carrying\s+out)"
+    r"executes|executing|executed|carry\s+out|carries\s+out|carrying\s+out|throw|throws|throwing|"
+    r"threw|thrown|deliver|delivers|delivering|delivered|attempt|attempts|attempting|attempted)"
     r"(?:\s+(?:a|an|another|the|some|his|her|their)(?!\w)|(?=\s+(?:one|two|three|four|several|\d+)\s)))"
     r"(?=((?:\s+\w+){1,3}))",
     re.IGNORECASE,
 )
 _WHO_CAN = r"(?:he|she|they|it|one|you|someone|ever)(?:\s+(?:can|could))?"
 _SPEED = r"(?:speed|pace|tempo|cadence|velocity)"
+_OVERHEAD = r"overhead|(?:above|over)\s+(?:(?:the|his|her|their)\s+)?head|in\s+the\s+air"
 _MANNERS = (
     (rf"as\s+(\w+)\s+as\s+(?:possible|{_WHO_CAN})", r"\1"),
     (rf"at\s+(?:full|top|high|great|maximum|fast)\s+{_SPEED}", "fast"),
     (rf"at\s+a\s+(?:fast|quick|high)\s+{_SPEED}", "fast"),
     (rf"in\s+slow\s+motion|at\s+(?:a\s+)?(?:slow|low)\s+{_SPEED}", "slowly"),
     (r"at\s+all", ""),
+    (
+        r"with\s+((?:(?:his|her|their|the|its|one|both|a|left|right)\s+)*(?:arm|hand)s?)\s+"
+        rf"(?:(?:held|kept|stretched)\s+)?(?:(?:up|raised|lifted|high)(?!\s+(?:to|on|the)\b)"
+        rf"(?:\s+({_OVERHEAD}))?|({_OVERHEAD}))",
+        r"while raising \1 \2\3",
+    ),
+    (r"vertical(?:ly)?\s+((?:jump|leap|hop)\w*)", r"\1 up in place"),
     (r"slow(?:s|ing|ed)?\s+down", "slow"),
     (
         r"((?:walk|run|jog|step|stride|go|com|mov)(?:e?s|ing|ped|ged|e?d|e)?|goes|ran|went|came)"
@@ -96,6 +104,16 @@ _FROM_TO = re.compile(
     r"([^\W\d_]+)\b(?:\s+transitions?\b)?",
     re.IGNORECASE,
 )
+_BECOMES = re.compile(
+    r"\b(?:(?:that|which|and)\s+)?(?:then\s+)?(?:"
+    r"(?:slow|speed)(?:s|ing|ed)?(?:\s+(?:down|up))?\s+(?:in)?to|sped(?:\s+up)?\s+(?:in)?to"
+    r"|(?:accelerat|decelerat|transition|chang|switch|eas)(?:es?|s|ing|ed)\s+(?:in)?to"
+    r"|(?:turn|mov|break|burst|drop|fall|settl|flow)(?:es?|s|ing|ed)?\s+into"
+    r"|(?:broke|fell|go|goes|going|went)\s+(?:over\s+)?into|becom(?:es?|ing)|became)"
+    r"\s+(?:an?\s+|the\s+)?(?=([^\W\d_]+))",
+    re.IGNORECASE,
+)
+"""A change to another action, whose verb carries no movement of its own."""
 _LOW = frozenset(("sit", "squat", "crouch", "kneel", "lie"))  # From where one stands up
 _ABOUT_TO = re.compile(
     r"\b(?:(?:is|are|was|were)\s+(?:about|going|trying|asked|told|supposed)\s+to"
@@ -135,6 +153,10 @@ def without_request(text: str) -> str:
     ('a man looks for a key', 'gives a box to her')
     >>> without_request("breaks into a run"), without_request("walk up to a ladder")
     ('run', 'walk to a ladder')
+    >>> without_request("a jog that slows down to a walk"), without_request("turns into a corner")
+    ('a jog , then walk', 'turns into a corner')
+    >>> without_request("runs with both arms up"), without_request("walks with hands on hips")
+    ('runs while raising both arms ', 'walks with hands on hips')
     >>> without_request("long takes of a waltz")
     'a waltz for a long time'
     >>> without_request("squatting trials"), without_request("three examples of a walk-to-run")
@@ -148,7 +170,7 @@ def without_request(text: str) -> str:
     if length is not None:
         text = f"{_LENGTH.sub('', text)} for a {'short' if length[1] else 'long'} time"
     text = _NAMED_CAPTURES.sub("", _OF_CAPTURES.sub("", text))
-    text = _FROM_TO.sub(_then, text)
+    text = _FROM_TO.sub(_then, _BECOMES.sub(_change, text))
     for phrase, word in ((r"in\s+reverse", "backward"), *_MANNERS):
         text = re.sub(rf"\b(?:{phrase})\b", word, text, flags=re.IGNORECASE)
     text = _SEAT.sub("sit down", _ABOUT_TO.sub("", text))
@@ -158,6 +180,13 @@ def without_request(text: str) -> str:
 _OBJECTS = frozenset(
     ("box", "fish", "guard", "mop", "screen", "stamp")
 )  # Also things that one takes
+
+
+def _change(found: re.Match[str]) -> str:
+    """What comes before a change, and then the action after it, if its verb names one."""
+    if lemma(found[1]) not in VERBS - _OBJECTS:
+        return found[0]
+    return ", then " if found.string[: found.start()].strip() else ""
 
 
 def _then(found: re.Match[str]) -> str:

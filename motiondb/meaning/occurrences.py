@@ -29,6 +29,7 @@ raise               a time of at least 0.3 s in which a hand is as high as its s
 overhead            the same for a hand above the head
 lie                 a time of at least 1 s in which trunk and thighs are level
 kneel               a time of at least 0.5 s in which a knee is on the ground, and the trunk upright
+stand still         a time of at least 0.5 s of standing in which neither pelvis nor limbs move
 on one leg          a time of at least 1 s of standing in which a foot is 0.15 m above the other;
                     "on left leg": the right one is above
 ==================  =============================================================================
@@ -57,8 +58,8 @@ from motiondb.body import body, retarget, rotation
 from motiondb.body.contacts import FEET, MAX_HEIGHT, foot_heights
 from motiondb.body.features import headings, runs, velocity
 from motiondb.body.pose_vectors import path_of
-from motiondb.language.vocabulary import as_said
-from motiondb.meaning.limb_sides import arm_raised, limb_held, outward_speeds
+from motiondb.language.vocabulary import MODIFIERS, as_said
+from motiondb.meaning.limb_sides import PLAIN, arm_raised, limb_held, outward_speeds
 from motiondb.meaning.score_vectors import averaged_rows
 from motiondb.meaning.travelled import SPINS, SPUN, TURNS
 from motiondb.records import MOTION_FPS, FloatArray, Motion
@@ -100,7 +101,7 @@ which somebody moves: who stands sways more slowly."""
 TURN_SPEED, SPIN_SPEED, TURNED = 0.8, 2.0, 0.7  # rad/s, rad/s, rad
 COUNTED = (*FLIGHTS, "kick", "punch", *sorted(OVER), *LEANS, *LOW)
 """Words whose occurrences are counted in a motion that is made or judged."""
-POSED = frozenset(("raise", "overhead", "lie", "kneel", "on"))
+POSED = frozenset(("raise", "overhead", "lie", "kneel", "on", "still"))
 """First words of postures that are measured where captions do not say them."""
 HELD = frozenset(("handstand", "sit", *POSED))
 """Events that last for as long as a posture is held, or their first words."""
@@ -110,8 +111,12 @@ STOPPED, STEP = 0.3, 15  # m/s; frames (0.5 s) over which speeds are averaged
 LYING, KNEE_DOWN, FOOT_UP, RESTS = 1.2, 0.15, 0.15, 0.6
 """Angle of the trunk from upright of somebody who lies, rad; height of a knee that is on the
 ground, and of a foot above the one that is, m; speed over the ground of these postures, m/s."""
-SHORTEST_KNEELING = 15  # Frames (0.5 s)
+SHORTEST_KNEELING = 15  # Frames (0.5 s), also of standing still
 _RISES = frozenset(("stand", "get", "rise"))
+OF_POSTURES = frozenset(("raise", "lift", "lie", "kneel", "stand", "balance", "still"))
+"""Words of postures that captions say."""
+_WITH_POSTURES = frozenset((*OF_POSTURES, *MODIFIERS, *PLAIN, "floor", "ground"))
+"""Words beside which a posture is asked for, and nothing else."""
 STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT  # Height of the pelvis in standing, m
 PAUSE = 3  # Frames (0.1 s) up to which a break does not end an occurrence
 UPRIGHT = 0.9  # Quantile of the heights of the pelvis that is taken for standing
@@ -177,7 +182,7 @@ def event_of(words: Sequence[str]) -> str:
     >>> event_of(("kick", "left", "leg")), event_of(("stand", "up")), event_of(("hand", "stand"))
     ('kick', 'rise', 'handstand')
     >>> event_of(("sit", "stool")), event_of(("stand", "still")), event_of(("veer", "left"))
-    ('sit', '', 'turn')
+    ('sit', 'still', 'turn')
     >>> event_of(("raise", "left", "arm")), event_of(("hand", "overhead")), event_of(("raise",))
     ('raise left', 'overhead', '')
     >>> event_of(("stand", "theone", "leg")), event_of(("lie", "floor"))
@@ -208,7 +213,7 @@ def _posture(words: Sequence[str]) -> str:
         return ("overhead" if "overhead" in words else "raise") + side
     if "stand" in words or "balance" in words:
         held = limb_held(words)
-        return f"on {as_said(held[0])} leg" if held else ""
+        return f"on {as_said(held[0])} leg" if held else "still" if "still" in words else ""
     return next((word for word in words if word in ("lie", "kneel")), "")
 
 
@@ -224,6 +229,7 @@ def say_posture(posture: str) -> str:
         "on": f"stand on {'one leg' if side == 'one leg' else f'the {side}'} alone",
         "raise": f"raise {hands}",
         "overhead": f"hold {hands} overhead",
+        "still": "stand still",
     }
     return said.get(what, what)
 
@@ -241,6 +247,15 @@ def posture_of(action: Sequence[str]) -> str:
     """The posture of ``POSED`` that an action takes, with its side; "" for others."""
     event = event_of(action)
     return event if event.split(" ")[0] in POSED else ""
+
+
+def is_posture_alone(action: Sequence[str]) -> bool:
+    """Whether an action takes a posture of ``POSED``, and says no more than that.
+
+    >>> is_posture_alone(("kneel", "floor")), is_posture_alone(("lie", "bed"))
+    (True, False)
+    """
+    return bool(posture_of(action)) and _WITH_POSTURES.issuperset(action)
 
 
 def _speeds(places: FloatArray) -> FloatArray:
@@ -273,9 +288,7 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
     if word in ("seat", "rise", "stop"):
         return _ends(track, word)
     if word == "move":
-        limbs = track[:, [7, 9, 10, 11]].max(axis=1) > MOVING
-        going = np.hypot(track[:, 1], track[:, 2]) > GOING
-        return [(a, b) for a, b in _runs(np.asarray(limbs | going)) if b - a >= SHORTEST_LEAN]
+        return [(a, b) for a, b in _runs(_moving(track)) if b - a >= SHORTEST_LEAN]
     if word.split()[0] in ("sit", *POSED):
         return _postures(track, word)
     if word in ("turn", "spin"):
@@ -318,6 +331,8 @@ def _postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:
     elif what == "kneel":
         down, shortest = (track[:, 26:28] < KNEE_DOWN).any(axis=1), SHORTEST_KNEELING
         held = down & (track[:, 14] < MOST_LEAN) & (track[:, 0] > LOW["squat"])
+    elif what == "still":
+        held, shortest = standing(track) & ~_moving(track), SHORTEST_KNEELING
     elif what == "sit":
         held, shortest = sitting(track), SHORTEST_SEAT
     else:
@@ -329,6 +344,12 @@ def _postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:
             over = {"left leg": over, "right leg": -over}.get(side, np.abs(over))
             held = (over > FOOT_UP) & standing(track) & rests
     return [(a, b) for a, b in _runs(np.asarray(held)) if b - a >= shortest]
+
+
+def _moving(track: FloatArray) -> NDArray[np.bool_]:
+    """Frames in which the pelvis or a limb moves: (frames,)."""
+    limbs = track[:, [7, 9, 10, 11]].max(axis=1) > MOVING
+    return np.asarray(limbs | (np.hypot(track[:, 1], track[:, 2]) > GOING))
 
 
 def sitting(track: FloatArray) -> NDArray[np.bool_]:

@@ -287,15 +287,15 @@ def all_hold(log_odds: Sequence[FloatArray]) -> FloatArray:
 
 
 def joint_log_odds(log_odds: Sequence[float]) -> float:
-    """Log-odds that several independent statements all hold.
+    """Log-odds that several independent statements all hold; 0 of none, of which nothing is known.
 
     >>> joint_log_odds([0.25])
     0.25
     >>> round(joint_log_odds([0.0, 0.0]), 6)  # 1/2 * 1/2 = 1/4, whose log-odds are -ln 3
     -1.098612
     """
-    if len(log_odds) == 1:
-        return float(log_odds[0])
+    if len(log_odds) < 2:
+        return float(log_odds[0]) if len(log_odds) else 0.0
     log_p = -float(np.logaddexp(0.0, -np.asarray(log_odds)).sum())
     return log_p - math.log(-math.expm1(log_p))
 
@@ -372,7 +372,8 @@ def _of_reading(extremes: TakeExtremes, reading: Reading, number: Mapping[str, i
         )
         for exclusion in reading.exclusions
     ]
-    return all_hold([*asked, *excluded])
+    stated = [*asked, *excluded]
+    return all_hold(stated) if stated else np.zeros(len(extremes.captures))
 
 
 def _of_action(

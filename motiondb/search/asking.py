@@ -43,8 +43,16 @@ from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE
 from motiondb.learn.learned import Learned
 from motiondb.meaning.degrees import Degree, degree_of
 from motiondb.meaning.direction import vertical_ways
-from motiondb.meaning.limb_sides import PLAIN, arm_raised, limb_held, limbs_to_measure
-from motiondb.meaning.occurrences import COUNTED, event_of, is_held, posture_of, say_posture
+from motiondb.meaning.limb_sides import arm_raised, limb_held, limbs_to_measure
+from motiondb.meaning.occurrences import (
+    COUNTED,
+    OF_POSTURES,
+    event_of,
+    is_held,
+    is_posture_alone,
+    posture_of,
+    say_posture,
+)
 from motiondb.meaning.travelled import GOES, LEAST, REST, TRAVELS, directions_to_measure
 from motiondb.search.asked_words import (
     AskedWords,
@@ -68,9 +76,6 @@ from motiondb.search.takings import (
 )
 
 _OF_ARMS = frozenset((*SIDES, *LIMBS, "up", "overhead"))  # Words of a raised hand
-_OF_POSTURES = frozenset(("raise", "lift", "lie", "kneel", "stand", "balance"))
-_WITH_POSTURES = frozenset((*_OF_POSTURES, *MODIFIERS, *PLAIN, "floor", "ground"))
-"""Words beside which a posture is asked for, and nothing else."""
 COUNTED_EVENTS = frozenset((*COUNTED, "spin", "stop"))
 """Events of which one is told from the next."""
 
@@ -111,6 +116,11 @@ class AskedQuestion:
         """The actions of every part of the only reading, as they are measured."""
         (reading,) = self.readings
         return tuple(actions_of_part(self.asked, part, self.only) for part in reading.parts)
+
+    @property
+    def by_length(self) -> bool:
+        """Whether answers are ordered by how long a posture is held, since no word tells more."""
+        return self.is_seen_alone and self.readings[0].parts[0].is_seen
 
     @cached_property
     def taken(self) -> dict[str, Taking]:
@@ -189,16 +199,17 @@ def understand(
     left = tuple(known.unknown)
     if looks_at_motion:
         unmeasured = unmeasured_words(asked, sentence.parsed.tree, read, only)
-        searched = searched_together(asked, read, only, leaving, measured_words)
+        searched = searched_together(asked, read, only, leaving, sentence.seen, measured_words)
         read, apart, left = searched.readings, searched.apart, (*left, *searched.left)
     if is_single:
         read = (counted(read[0], is_counted),)
         limits = set().union(*map(_measured_limits, read[0].parts))
         not_searched = tuple(n for n in not_searched if n.text not in limits)
-    posture = posture_of(only) if is_single and read[0].parts[0].actions else ""
-    is_alone = bool(posture) and _WITH_POSTURES.issuperset(only)
-    is_said = is_alone and {*read[0].parts[0].actions[0]} == {*only} and not takings
-    is_seen_alone = is_alone and not (is_said and _OF_POSTURES.intersection(only))
+    is_alone = is_single and is_posture_alone(only)
+    searched_words = {w for action in read[0].parts[0].actions for w in action}
+    is_said = is_alone and searched_words == {*only} and not takings
+    is_seen_alone = is_alone and not (is_said and OF_POSTURES.intersection(only))
+    seen = (only,) if is_seen_alone else sentence.seen if is_single else ()
     return AskedQuestion(
         sentence.text,
         sentence,
@@ -209,9 +220,10 @@ def understand(
         takings,
         readings=read,
         only=only,
-        measured=(say_posture(posture),)
-        if is_seen_alone
-        else tuple(sorted("on one leg" if word == SINGLE else word for word in measured)),
+        measured=(
+            *(say_posture(posture_of(action)) for action in sorted(seen)),
+            *sorted("on one leg" if word == SINGLE else word for word in measured if not seen),
+        ),
         unmeasured=unmeasured,
         apart=apart,
         left=left,
@@ -270,6 +282,8 @@ def without_degree(question: KnownQuestion, degree: Degree) -> KnownQuestion:
 
 def is_counted(part: Part) -> bool:
     """Whether the repeats of a part are counted in the motion."""
+    if part.is_seen:
+        return len(part.said) == 1 and bool(posture_of(part.said[0]))
     return len(part.actions) == 1 and event_of(part.actions[0]) in COUNTED_EVENTS
 
 
@@ -343,9 +357,9 @@ def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> b
         return True
     return any(map(excluded_event, reading.exclusions)) or any(
         is_repeated(part)
-        or part.leaves
+        or part.is_seen
         or any(lasts_going(part, action) for action in actions_of_part(asked, part, only))
-        or any({*action} <= POSTURES for action in part.said)
+        or any({*action} <= POSTURES or is_posture_alone(action) for action in part.said)
         for part in reading.parts
     )
 
@@ -368,7 +382,7 @@ def lasts_going(part: Part, action: Sequence[str]) -> bool:
     travels = not GOES.isdisjoint(action) and IN_PLACE not in action
     asks = part.seconds > 0.0 or part.longest is not None
     rests = bool(REST.intersection(action)) or is_held(event_of(action))
-    return asks and len(part.actions) == 1 and (travels or rests)
+    return asks and len(part.actions or part.said) == 1 and (travels or rests)
 
 
 def unmeasured_words(

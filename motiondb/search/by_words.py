@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from motiondb.language.question.readings import KnownQuestion, Reading, without_amounts
+from motiondb.language.question.readings import KnownQuestion, Part, Reading, without_amounts
 from motiondb.language.question.tree import NotUsed
 from motiondb.language.vocabulary import as_said
 from motiondb.meaning import by_question
@@ -264,14 +264,22 @@ def search_words(
     replaced = prod(taking.chance for taking in question.taken.values() if taking.is_other)
 
     place = cache(partial(_place, question, frames=frames))  # few are looked at, some twice
-    sign = question.degree.sign if question.degree is not None else 0.0
+    shown_alone = cache(partial(_best_alone, question, allowed, is_told))
+    sign = question.degree.sign if question.degree else 1.0 if question.by_length else 0.0
     contradicts = cache(partial(_is_surely_against, question, frames))
-    judge = Judged(judged, place, is_checked, contradicts, sign)
+    judge = Judged(judged, place, is_checked, contradicts, shown_alone, sign)
     first = judge.first(limit)
     shown = [*first, *found[n_judged:]][:limit]
     once = tuple(map(without_amounts, read))  # how often and how long was never measured
     n_usual = 1 if len(once) == 1 and is_one_action(once[0]) else n_judged  # the best is enough
     usual = [] if once == read else [hit for _, hit in _find(question, allowed, n_usual, once)]
+    hits = usual or [each.hit for each in judged]
+    strength = best_strength(asked, hits, threshold)
+    if threshold is not None and strength is not None and strength < threshold:
+        alone = [each.hit for words in _requested(hits) if (each := shown_alone(words))]
+        numbers = {hit.reading for hit in hits}
+        alone = [replace(hit, reading=number) for hit in alone for number in numbers]
+        strength = best_strength(asked, [*hits, *alone], threshold)
     return replace(
         as_understood(question),
         matches=tuple(
@@ -279,7 +287,7 @@ def search_words(
             for rank, answer in enumerate(shown, start=1)
         ),
         explains=tuple(partial(explain_hit, asked, each.capture, each.hit) for each in shown),
-        strength=best_strength(asked, usual or [each.hit for each in judged], threshold),
+        strength=strength,
         threshold=None if question.missing else threshold,
         doubtful=not question.missing and judge.is_doubtful(first, known, replaced),
         partial=not question.missing and judge.is_unlikely(first, known, replaced),
@@ -307,6 +315,25 @@ def _find(
         lambda capture: by_question.search_take(takes[capture], read, number),
         limit,
     )
+
+
+def _requested(hits: Sequence[QuestionHit]) -> list[tuple[int, ...]]:
+    """The actions of which every reading of some answers asks for each; none where it excludes."""
+    each = [dict.fromkeys(s.words for s in hit.statements) for hit in hits]
+    if any(s.exclusion >= 0 for hit in hits for s in hit.statements):
+        return []
+    return list(each[0]) if each and len(each[0]) > 1 and len(set(map(frozenset, each))) == 1 else []
+
+
+def _best_alone(
+    question: AskedQuestion, allowed: Collection[int], is_told: bool, words: tuple[int, ...]
+) -> Found | None:
+    """The best answer to one action of a question alone; None if there is none."""
+    names = {number: word for word, number in question.asked.numbers.items()}
+    alone = (Reading((Part((tuple(names[word] for word in words),)),)),)
+    certain = partial(chances, question.asked, alone, is_told)
+    found = _find(question, allowed, 1, alone)
+    return Found(*found[0], certain) if found else None
 
 
 def _place(question: AskedQuestion, answer: Found, frames: Frames | None) -> placing.Placed:

@@ -24,7 +24,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from math import prod
 
@@ -115,7 +115,10 @@ def chances(
     said = all(each.is_said for each in requested)
     if len(readings) > 1:
         if not all(map(is_one_action, readings)):
-            return unknown
+            asked_for = {frozenset(a for p in r.parts for a in p.actions) for r in readings}
+            same = len(asked_for) == 1 and not excluded
+            actions = tuple(each.probability for each in requested) if same else ()
+            return replace(unknown, actions=actions)
         return chances_of_kind(kinds.either, requested[0].odds, None, said)
     if requested and excluded:
         if not len(requested) == len(excluded) == len(excluded[0]) == len(reading.parts) == 1:
@@ -391,13 +394,13 @@ def is_unlikely(wholes: Iterable[float | None], replaced: float = 1.0) -> bool:
     return is_known
 
 
-def is_lacking(actions: Iterable[Sequence[float]]) -> bool:
-    """Whether some action is shown by no answer.
+def lacking_actions(actions: Iterable[Sequence[float]]) -> set[int]:
+    """The numbers of the actions that no answer shows.
 
     `actions`: Of each answer, their probabilities; looked at until each action is shown.
 
-    >>> is_lacking([(0.9, 0.1), (0.2, 0.8)]), is_lacking([(0.9, 0.1), (0.8, 0.2)])
-    (False, True)
+    >>> lacking_actions([(0.9, 0.1), (0.2, 0.8)]), lacking_actions([(0.9, 0.1), (0.8, 0.2)])
+    (set(), {1})
     """
     lacking: set[int] | None = None
     n = None
@@ -407,5 +410,5 @@ def is_lacking(actions: Iterable[Sequence[float]]) -> bool:
             lacking = {*range(n)} if lacking is None else lacking
             lacking = {k for k in lacking if of[k] < LIKELY}
             if not lacking:
-                return False
-    return bool(lacking)
+                return set()
+    return lacking or set()

@@ -89,6 +89,7 @@ LEAVES = 1.0  # Seconds for which somebody who walks away must at least walk
 RESTS = 1.0  # Seconds for which somebody who does not move must at least be still
 AT_ONCE = 60  # Frames (2 s) between events that belong together
 WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
+HELD_FOR = 9  # Frames (0.3 s) for which a posture is at least held while something else is done
 LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
 """Height of a foot over the other one, m, and share of a place, of who is on one foot; frames
 before and after a flight, in which this holds of a hop."""
@@ -131,6 +132,8 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
     amount = None
     if question.degree is not None:
         amount = question.degree.amount(seen.track, places[0].start, places[0].end)
+    elif question.by_length:
+        amount = float(places[0].end - places[0].start)
     spoken = tuple(dict.fromkeys(contradicted))
     return replace(
         placed, parts=tuple(places), contradicted=spoken, is_unclear=unclear, amount=amount
@@ -157,7 +160,7 @@ def is_surely_against(question: AskedQuestion, seen: SeenFrames) -> bool:
 
 def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str]) -> bool:
     """Whether a take nowhere goes on, leaves, sits down, rises or goes as an action asks for."""
-    if lasts_going(part, action) or part.leaves:
+    if lasts_going(part, action) or (part.is_seen and not posture_of(action)):
         least = part.seconds if lasts_going(part, action) else LEAVES
         if seen.longest_going(action)[0] < least:
             return True
@@ -207,10 +210,12 @@ def _meanwhile(
     """The place of a part that goes on, leaves, or has a posture, and what speaks against it."""
     if lasts_going(part, action):
         return _gone_on(seen, part, action, place, room)
-    if part.leaves:
-        return _leaves(seen, action, place, room)
+    if len(part.said) > 1 and posture_of(action):
+        return _held_meanwhile(seen, action, place)
     if len(part.said) > 1 and {*action} <= POSTURES:
         return place, _other_posture(seen, action, place)
+    if part.is_seen and not posture_of(action):
+        return _leaves(seen, action, place, room)
     return place, []
 
 
@@ -278,7 +283,8 @@ def _at_events(
     low, high = FEATURE_STEP * room.start, FEATURE_STEP * room.stop
     found = [f for f in _events(seen, event, part) if low <= sum(f) / 2 < high]
     found = _of_side(seen, actions[0], found)
-    groups = _groups(found)
+    posture = posture_of(actions[0])
+    groups = [[one] for one in found] if posture and not is_repeated(part) else _groups(found)
     if is_repeated(part):
         groups = [g for g in (found, *groups) if _fits(part, len(g))]
         if not groups:
@@ -288,12 +294,12 @@ def _at_events(
                 [f"{as_said(event)} {say_count(n, n)}, not {_say_times(part)}"],
                 True,
             )
-    posture = posture_of(actions[0])
     if not found:
         lacks = lacks_posture(question.asked, seen, actions[0], found)
         return place, [f"does not {say_posture(posture)}"] * lacks, True
     inside = [g for g in groups if g[-1][1] > place.start and g[0][0] < place.end]
-    evidence = seen.evidence([question.asked.numbers[word] for word in part.actions[0]])
+    words = [question.asked.numbers[word] for action in part.actions[:1] for word in action]
+    evidence = seen.evidence(words) if words else None
 
     def strength(group: Sequence[tuple[int, int]]) -> float:
         first, behind = (f // FEATURE_STEP for f in (group[0][0], group[-1][1]))
@@ -362,6 +368,17 @@ def _other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) ->
     slow = np.hypot(inside[:, 1], inside[:, 2]) < WALKING
     holds = sitting(inside) if "sit" in action else standing(inside) & slow
     return [] if len(inside) and holds.mean() >= HOLDS else [f"does not {action[0]} meanwhile"]
+
+
+def _held_meanwhile(
+    seen: SeenFrames, action: Sequence[str], place: PartPlace
+) -> tuple[PartPlace, list[str]]:
+    """Where in a place somebody holds a posture for longest; against it, if nowhere."""
+    held = [(max(a, place.start), min(b, place.end)) for a, b in seen.events(posture_of(action))]
+    start, end = max(held, key=lambda run: run[1] - run[0], default=(0, 0))
+    if end - start < HELD_FOR:
+        return _unsure(place), [f"does not {say_posture(posture_of(action))} meanwhile"]
+    return replace(_unsure(place), start=start, end=end), []
 
 
 def _leaves(

@@ -298,8 +298,8 @@ def _is_placed_elsewhere(asked: AskedWords, capture: int, part: Part) -> bool:
 
 def is_labelled(asked: AskedWords, capture: int, part: Part) -> bool:
     """Whether captions of intervals say all words of a part."""
-    said = asked.said_places.get(capture)
-    return said is not None and bool((said[:, _words(asked, part)].max(axis=0) > 0.0).all())
+    said, words = asked.said_places.get(capture), _words(asked, part)
+    return said is not None and bool(words) and bool((said[:, words].max(axis=0) > 0.0).all())
 
 
 def _words(asked: AskedWords, part: Part) -> list[int]:

@@ -19,7 +19,7 @@ import numpy as np
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.word_evidence import SLACK
 from motiondb.records import FloatArray, IntArray
-from motiondb.search.chances import LIKELY, Found, is_lacking, is_unlikely
+from motiondb.search.chances import LIKELY, Found, is_unlikely, lacking_actions
 from motiondb.search.placing import Placed
 
 
@@ -59,6 +59,8 @@ class Judged:
     is_checked: bool  # Whether order or motion are looked at, and can speak against an answer
     # Whether a capture contradicts the question wherever it shows it, which needs no place
     contradicts: Callable[[Found], bool] = lambda _: False
+    # The best answer to one action alone, by the numbers of its words
+    alone: Callable[[tuple[int, ...]], Found | None] = lambda _: None
     sign: float = 0.0  # 1: the more of what was measured, the better; -1: the less; 0: neither
 
     def first(self, limit: int) -> list[Found]:
@@ -113,6 +115,13 @@ class Judged:
         """Whether the motion contradicts the question, or the frames show another order."""
         return self.contradicts(answer) or _is_against(self.place(answer))
 
+    def _is_shown(self, action: int) -> bool:
+        """Whether any capture shows an action of the question, by itself."""
+        hit = next(each.hit for each in self.answers if len(each.sure.actions) > action)
+        requested = [stated.words for stated in hit.statements if stated.exclusion < 0]
+        found = self.alone(requested[action])
+        return found is not None and (found.sure.whole or 0.0) >= LIKELY
+
     def is_unlikely(self, first: Sequence[Found], is_known: bool, replaced: float) -> bool:
         """Whether each answer is more likely wrong than right.
 
@@ -122,7 +131,10 @@ class Judged:
 
         def whole_of(answer: Found) -> float | None:
             whole = answer.sure.whole
-            if whole is None or (is_known and whole < LIKELY):
+            if whole is None:  # it is at most that of each of its actions
+                least = min(answer.sure.actions, default=1.0)
+                return least if least < LIKELY else None
+            if is_known and whole < LIKELY:
                 return whole  # what speaks against it changes nothing
             if self.is_checked and not self._is_against(answer):
                 return whole  # also where the motion leaves it open
@@ -138,7 +150,8 @@ class Judged:
         """
         n_actions = (len(each.sure.actions) for each in self.answers)
         has_one = next(filter(None, n_actions), 0) < 2
-        if is_lacking(each.sure.actions for each in self.answers):
+        lacking = lacking_actions(each.sure.actions for each in self.answers)
+        if lacking and (has_one or not all(map(self._is_shown, lacking))):
             return True
         if has_one and self.is_unlikely(first, is_known, replaced):
             return True

@@ -10,6 +10,7 @@ climb up a ladder      "climb ladder": who climbs goes up, though one caption of
 boxing punches         "box" and "punch" at once, since no caption says both of one action
 drink while standing   "drink"; standing is measured where somebody drinks
 stand up, walk away    "stand up"; after that, walking is measured
+walk, then kneel       "walk"; after that, kneeling is measured
 walk up the steps      "climb step", where captions say this; *up* is measured
 =====================  =====================================================================
 
@@ -63,12 +64,14 @@ def searched_together(
     readings: Sequence[Reading],
     only: tuple[str, ...],
     leaving: Collection[tuple[str, ...]],
+    seen: Collection[tuple[str, ...]],
     measured: Callable[[Sequence[str]], Collection[str]],
 ) -> Searched:
     """The readings of a question in the words that are searched.
 
     `only`: as in ``AskedQuestion``. `leaving`: Actions that leave ("walk" of "walk away"), which
-    are measured where they follow another one. `measured`: The words of an action that are.
+    are measured where they follow another one. `seen`: Actions that are measured alone.
+    `measured`: The words of an action that are.
     """
     listed = asked.learned.listed_actions
     counts = {action for actions in listed.values() for action in actions}
@@ -80,8 +83,10 @@ def searched_together(
         return -1 in numbers or any(numbers <= action for action in counts)
 
     def actions(part: Part) -> Part:
-        found = [a for a in part.actions if len(part.actions) == 1 or not {*a} <= POSTURES]
-        found = found or list(part.actions)
+        found = [action for action in part.actions if action not in seen]
+        if not found and part.actions:
+            return replace(part, actions=(), said=part.actions)
+        found = [a for a in found if len(part.actions) == 1 or not {*a} <= POSTURES] or found
         searched = list[tuple[str, ...]]()
         for action in found:
             if is_known and "climb" in asked.learned.word_numbers:
@@ -102,7 +107,7 @@ def searched_together(
             replace(part, actions=(), said=part.actions) if one else part
             for part, one in zip(later, leaves)
         )
-        return (first, *measured_later) if first.actions else (first, *later)
+        return (first, *measured_later) if first.actions or first.said else (first, *later)
 
     changed = tuple(replace(reading, parts=parts(reading)) for reading in readings)
     return Searched(changed, tuple(dict.fromkeys(apart)), tuple(dict.fromkeys(left)))

@@ -36,7 +36,7 @@ from motiondb.language.question.heads import missing_heads, verbs_in
 from motiondb.language.question.parse import parse_tokens
 from motiondb.language.question.readings import KnownQuestion, hold_to_known
 from motiondb.language.question.tokens import Token, tokenize
-from motiondb.language.question.tree import NotUsed, Question
+from motiondb.language.question.tree import AnyOf, Both, NotUsed, Question, actions_of, walk
 from motiondb.language.requests import without_request
 from motiondb.language.vocabulary import (
     MODIFIERS,
@@ -51,6 +51,7 @@ from motiondb.language.vocabulary import (
 )
 from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
 from motiondb.learn.learned import Learned
+from motiondb.meaning.occurrences import OF_POSTURES, is_posture_alone
 
 TAKEN = 0.5
 SUGGESTED = 0.3
@@ -278,12 +279,29 @@ class Sentence:
         """The words that some caption of the database holds."""
         return frozenset(self.learned.known_words)
 
+    @cached_property
+    def seen(self) -> frozenset[tuple[str, ...]]:
+        """Its postures that are measured alone: those of several actions, or in unknown words.
+
+        Nothing is measured where the question has several readings.
+        """
+        tree = self.parsed.tree
+        if any(isinstance(node, (AnyOf, Both)) for node in walk(tree)):
+            return frozenset()
+        actions = {action.words for action in actions_of(tree) if not action.manner}
+        said = self.known & OF_POSTURES - {"still"}
+        return frozenset(
+            words
+            for words in actions
+            if is_posture_alone(words) and (len(actions) > 1 or said.isdisjoint(words))
+        )
+
     def in_known_words(self, added: Mapping[str, int]) -> KnownQuestion:
         """The question in the words that the database knows; `added`: further ones -> counts."""
         association = self.learned.association
         counted = zip(association.words, association.counts)
         counts = {word: int(count) for word, count in counted if count > 0} | dict(added)
-        return hold_to_known(self.parsed, counts)
+        return hold_to_known(self.parsed, counts, self.seen)
 
 
 def sentence_of(learned: Learned, text: str) -> Sentence:
@@ -302,10 +320,11 @@ def find_takings(
     if learned.fitted_word_map is None:
         _ = learned.word_map  # raises NotLearnedError if no words were learned
     known = sentence.known.union(added)
+    searched = known.union(*sentence.seen)
     return {
         word: take_word(form, known, table)
         for word, form in sentence.forms.items()
-        if word not in known and word not in learned.word_numbers
+        if word not in searched and word not in learned.word_numbers
     }
 
 
@@ -327,7 +346,7 @@ def unknown_words(
         takings = {word: replace(taking, words=()) for word, taking in takings.items()}
     if by_meaning:
         takings = hear_by_meaning(sentence.learned, takings, table)
-    is_known = not sentence.known.union(added).isdisjoint(sentence.forms)
+    is_known = not sentence.known.union(added, *sentence.seen).isdisjoint(sentence.forms)
     if takings and not is_known and not any(taking.heard for taking in takings.values()):
         raise UnknownWordsError(nothing_known(sentence.text, hints_of(takings)))
     return takings
@@ -417,7 +436,7 @@ def not_understood(sentence: Sentence, added: Collection[str] = ()) -> tuple[str
     `added`: words that are known to the question although they were not learned: those that are
     written somewhere, and those that known words replace.
     """
-    known, written = sentence.known.union(added), sentence.forms
+    known, written = sentence.known.union(added, *sentence.seen), sentence.forms
     if known.issuperset(written):
         return ()
     missing = missing_heads(sentence.parsed.tree, sentence.verbs, known)

@@ -13,8 +13,9 @@ the grammar:
 
 * The last connective of a list determines its meaning: "walk, run or jump" is any of three,
   "walk, turn and sit" is an order of three.
-* "and" between two actions leaves open whether they come at once or in order (``Both``); with
-  "while" or "at the same time" they are simultaneous.
+* "and" between two actions leaves open whether they come at once or in order (``Both``), unless
+  one of them ends a posture ("squat and stand up"); with "while" or "at the same time" they are
+  simultaneous.
 * A piece of directions, limbs, manners or amounts alone belongs to the action before it ("walk
   forward and backward", "walk, twice"); after "or" and "then" the action is repeated ("turn left
   or right" is turn left or turn right).
@@ -148,6 +149,31 @@ def together(left: Node, right: Node) -> Node:
         if isinstance(part, Without) and isinstance(part.part, Anything):
             return without(other, part.excluded, part.later)
     return at_once([left, right])
+
+
+_ENDS = {
+    "up": ("stand", "get", "rise"),
+    "down": ("sit", "get"),
+    "": ("stop", "fall", "lie", "kneel"),
+}
+"""Verbs that, with the way beside them, end one posture and begin another."""
+
+
+def both_of(nodes: Sequence[Node]) -> Node:
+    """Parts joined by "and": in order, if one of them ends a posture; else that is left open.
+
+    >>> squat, rise, wave = (Action(words) for words in (("squat",), ("stand", "up"), ("wave",)))
+    >>> type(both_of([squat, rise])).__name__, type(both_of([squat, wave])).__name__
+    ('InOrder', 'Both')
+    """
+    ends = any(
+        verb in action.words and (not way or way in action.words)
+        for node in nodes
+        for action in actions_of(node)
+        for way, verbs in _ENDS.items()
+        for verb in verbs
+    )
+    return join(InOrder if ends else Both, nodes)
 
 
 MOST_PARENTHESES = 20
@@ -347,7 +373,8 @@ class _Parser:
             return
         if separator == "and" and chain.parts:
             last = chain.parts[-1]
-            chain.parts[-1] = attach(last, node) if is_bare(node) else join(Both, [last, node])
+            joined = attach(last, node) if is_bare(node) else both_of([last, node])
+            chain.parts[-1] = joined
         elif self.same and chain.parts and separator in ("comma", "stop"):
             chain.join_last(AtOnce, node)
         else:
@@ -436,7 +463,7 @@ class _Parser:
         if self.same and len(nodes) > 1:
             self.same = False
             return at_once(nodes), ""
-        return (join(Both, nodes) if nodes else None), "and" if len(nodes) > 1 else ""
+        return (both_of(nodes) if nodes else None), "and" if len(nodes) > 1 else ""
 
     def single(self) -> Node | None:
         """A piece without its exclusions."""

@@ -18,7 +18,7 @@ line, which is itself a question with the same tree (:func:`say`).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise, product
 from math import prod
@@ -70,8 +70,8 @@ class Part:
     said: tuple[tuple[str, ...], ...] = ()
 
     @property
-    def leaves(self) -> bool:
-        """Whether it is measured alone that somebody leaves ("walk away")."""
+    def is_seen(self) -> bool:
+        """Whether it is measured alone, as it is that somebody leaves ("walk away") or kneels."""
         return bool(self.said) and not self.actions
 
 
@@ -342,10 +342,12 @@ def is_order(reading: Reading) -> bool:
     return len(of_parts) > 1 and all(a != b for a, b in pairwise(of_parts))
 
 
-def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestion:
+def hold_to_known(
+    question: Question, counts: Mapping[str, int], seen: Collection[tuple[str, ...]] = ()
+) -> KnownQuestion:
     """Remove the words that no caption has from a question, and list them.
 
-    Of one action among others, a direction alone is not left: of "then puts it back", not "back".
+    `seen`: Actions that stay as they are, since they are measured. Of one action among others, a direction alone is not left: of "then puts it back", not "back".
 
     >>> from motiondb.language.question.parse import parse
     >>> known = hold_to_known(parse("wlak slowly, not moonwalk, sit"), {"sit": 3, "walk": 4})
@@ -356,6 +358,8 @@ def hold_to_known(question: Question, counts: Mapping[str, int]) -> KnownQuestio
     not_used = list(question.not_used)
 
     def known(action: Action) -> Action | None:
+        if action.words in seen:
+            return action
         words = tuple(word for word in action.words if word in counts)
         manners = []
         for word in action.words:

@@ -53,7 +53,12 @@ _WORDS = (
         r"(?:\s+(?:clip|take|capture|file|recording|motion|sequence)|(?=\s*(?:[,.;?!]|$)))"
         rf"|(?:after|before)\s+(?:the\s+first\s+)?{_SECONDS}(?=\s*(?:[.;?!]|$))",
     ),
-    ("skip", r"not\s+(?:only|just|merely|simply)(?=\W.*\bbut\b)"),
+    (
+        "skip",
+        r"not\s+(?:only|just|merely|simply)(?=\W.*\bbut\b)"
+        r"|(?:starts?|begins?|opens?|starting|beginning|opening|started|began)\s+"
+        r"(?:off\s+|out\s+)?(?:with|by)",
+    ),
     (
         "vague",
         r"for\s+(?:a|some|quite\s+a)\s+(?:very\s+)?(?:long\s+|short\s+|little\s+)?"
@@ -64,7 +69,9 @@ _WORDS = (
     (
         "then",
         r"then|after\s+(?:that|this|which|a\s+while)|afterwards?|subsequently|thereafter"
-        r"|(?<!the\s)next(?!\s+to\b)|later(?:\s+on)?|finally|lastly|followed\s+by",
+        r"|(?<!the\s)next(?!\s+to\b)|later(?:\s+on)?|finally|lastly|followed\s+by"
+        r"|(?:ends?|ending|ended|finish(?:es|ing|ed)?|conclud(?:es?|ing|ed))\s+"
+        r"(?:(?:up\s+|off\s+)?(?:with|in(?!\s+the\s)|by)|up(?=\s+\w+ing\b))",
     ),
     (
         "while",
