@@ -322,7 +322,9 @@ def _requested(hits: Sequence[QuestionHit]) -> list[tuple[int, ...]]:
     each = [dict.fromkeys(s.words for s in hit.statements) for hit in hits]
     if any(s.exclusion >= 0 for hit in hits for s in hit.statements):
         return []
-    return list(each[0]) if each and len(each[0]) > 1 and len(set(map(frozenset, each))) == 1 else []
+    return (
+        list(each[0]) if each and len(each[0]) > 1 and len(set(map(frozenset, each))) == 1 else []
+    )
 
 
 def _best_alone(

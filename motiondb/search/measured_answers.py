@@ -54,8 +54,6 @@ from motiondb.meaning.occurrences import (
     frames_without,
     posture_of,
     say_posture,
-    sitting,
-    standing,
 )
 from motiondb.meaning.travelled import (
     STEADY,
@@ -75,11 +73,14 @@ from motiondb.search.asking import (
     measured_words,
 )
 from motiondb.search.measured_postures import (
+    held_inside,
+    held_meanwhile,
     lacks_posture,
     leaves_posture_open,
+    other_posture,
     posture_though_excluded,
 )
-from motiondb.search.placing import PartPlace, Placed, is_labelled
+from motiondb.search.placing import PartPlace, Placed, is_labelled, unsure
 from motiondb.search.said_together import POSTURES
 from motiondb.search.seen_frames import SeenFrames
 
@@ -88,8 +89,6 @@ CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thir
 LEAVES = 1.0  # Seconds for which somebody who walks away must at least walk
 RESTS = 1.0  # Seconds for which somebody who does not move must at least be still
 AT_ONCE = 60  # Frames (2 s) between events that belong together
-WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
-HELD_FOR = 9  # Frames (0.3 s) for which a posture is at least held while something else is done
 LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
 """Height of a foot over the other one, m, and share of a place, of who is on one foot; frames
 before and after a flight, in which this holds of a hop."""
@@ -127,7 +126,7 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
                 contradicted, unclear = [*contradicted, *against], True
                 continue
             done = _done_though_excluded(seen, actions_of[k], exclusion, places[k])
-            places[k] = _unsure(places[k]) if done else places[k]
+            places[k] = unsure(places[k]) if done else places[k]
             contradicted += done
     amount = None
     if question.degree is not None:
@@ -150,7 +149,7 @@ def is_surely_against(question: AskedQuestion, seen: SeenFrames) -> bool:
     (reading,) = question.readings
     for part, actions in zip(reading.parts, question.compared):
         event = _counted_event(part, actions)
-        if event and is_repeated(part) and len(_events(seen, event, part)) < part.least:
+        if event and is_repeated(part) and len(seen.events(event)) < part.least:
             return True
         for action in actions:
             if _lacks(question.asked, seen, part, action):
@@ -211,9 +210,9 @@ def _meanwhile(
     if lasts_going(part, action):
         return _gone_on(seen, part, action, place, room)
     if len(part.said) > 1 and posture_of(action):
-        return _held_meanwhile(seen, action, place)
+        return held_meanwhile(seen, action, place)
     if len(part.said) > 1 and {*action} <= POSTURES:
-        return place, _other_posture(seen, action, place)
+        return place, other_posture(seen, action, place)
     if part.is_seen and not posture_of(action):
         return _leaves(seen, action, place, room)
     return place, []
@@ -253,12 +252,16 @@ def _goes(
     return now, against, unclear
 
 
-def _events(seen: SeenFrames, event: str, part: Part) -> list[tuple[int, int]]:
-    """Where an event occurs in a take; jumps for a single hop that is not seen to be one."""
+def _found(
+    seen: SeenFrames, event: str, part: Part, is_posture: bool, low: int, high: int
+) -> list[tuple[int, int]]:
+    """Where an event occurs in frames [low, high); jumps for a single hop that is not seen."""
     events = seen.events(event)
     if event == "hop" and not events and not is_repeated(part):
-        return seen.events("jump")  # on which foot is not always seen
-    return events
+        events = seen.events("jump")  # on which foot is not always seen
+    if is_posture:
+        return held_inside(events, low, high)
+    return [time for time in events if low <= sum(time) / 2 < high]
 
 
 def _at_events(
@@ -281,16 +284,16 @@ def _at_events(
     if not is_repeated(part) and seen.is_away:
         return place, [], True  # words alone say where it is
     low, high = FEATURE_STEP * room.start, FEATURE_STEP * room.stop
-    found = [f for f in _events(seen, event, part) if low <= sum(f) / 2 < high]
-    found = _of_side(seen, actions[0], found)
     posture = posture_of(actions[0])
+    found = _found(seen, event, part, bool(posture), low, high)
+    found = _of_side(seen, actions[0], found)
     groups = [[one] for one in found] if posture and not is_repeated(part) else _groups(found)
     if is_repeated(part):
         groups = [g for g in (found, *groups) if _fits(part, len(g))]
         if not groups:
             n = len(found)
             return (
-                _unsure(place),
+                unsure(place),
                 [f"{as_said(event)} {say_count(n, n)}, not {_say_times(part)}"],
                 True,
             )
@@ -362,32 +365,13 @@ def _of_side(
     return found
 
 
-def _other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
-    """That somebody does not stand or sit in a place, if so for most of it."""
-    inside = seen.track[place.start : place.end]
-    slow = np.hypot(inside[:, 1], inside[:, 2]) < WALKING
-    holds = sitting(inside) if "sit" in action else standing(inside) & slow
-    return [] if len(inside) and holds.mean() >= HOLDS else [f"does not {action[0]} meanwhile"]
-
-
-def _held_meanwhile(
-    seen: SeenFrames, action: Sequence[str], place: PartPlace
-) -> tuple[PartPlace, list[str]]:
-    """Where in a place somebody holds a posture for longest; against it, if nowhere."""
-    held = [(max(a, place.start), min(b, place.end)) for a, b in seen.events(posture_of(action))]
-    start, end = max(held, key=lambda run: run[1] - run[0], default=(0, 0))
-    if end - start < HELD_FOR:
-        return _unsure(place), [f"does not {say_posture(posture_of(action))} meanwhile"]
-    return replace(_unsure(place), start=start, end=end), []
-
-
 def _leaves(
     seen: SeenFrames, action: Sequence[str], place: PartPlace, room: slice
 ) -> tuple[PartPlace, list[str]]:
     """Where somebody leaves, after another action and before the next."""
     lasting, first, behind = seen.longest_going(action, room)
     if lasting < LEAVES:
-        return _unsure(place), [f"does not {action[0]} away"]
+        return unsure(place), [f"does not {action[0]} away"]
     return _moved(place, first, behind), []
 
 
@@ -401,7 +385,7 @@ def _gone_on(
     is_long = part.longest is not None and lasting >= part.longest + STEADY / 2.0
     if lasting < part.seconds or is_long:
         asked = say_duration(part.seconds, part.longest).removeprefix("for ")
-        return _unsure(place), [f"goes on for {lasting:.1f} s, not {asked}"]
+        return unsure(place), [f"goes on for {lasting:.1f} s, not {asked}"]
     return (place if place.unknown else _moved(place, first, behind)), []
 
 
@@ -437,7 +421,7 @@ def _compare_action(
         elif not is_said or seen.goes_once(direction, turning(action)):
             lasting = f" {say_duration(seconds, None)}" if seconds > 0.0 else ""
             against.append(say_not_gone(direction, turning(action)) + lasting)
-    return against, _unsure(place) if against else place
+    return against, unsure(place) if against else place
 
 
 def _on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
@@ -472,11 +456,6 @@ def _not_vertical(
             return [f"does not {'sit down' if event == 'seat' else 'stand up'}"]
     lasting = [w for w in vertical_ways(action) if w not in believed]
     return [f"does not go {w}" for w in lasting if trodden_anywhere(seen.track, w) < 1.0]
-
-
-def _unsure(place: PartPlace) -> PartPlace:
-    """A place that something speaks against: how probable it is was not measured."""
-    return replace(place, probability=None, right=None)
 
 
 def _done_though_excluded(
@@ -514,8 +493,8 @@ def _unmoved(seen: SeenFrames, place: PartPlace) -> tuple[PartPlace, list[str]]:
     still = frames_without(seen.events("move"), len(seen.track))
     first, behind = max(runs(still), key=lambda run: run[1] - run[0], default=(0, 0))
     if behind - first < RESTS * MOTION_FPS:
-        return _unsure(place), ["does not stop moving"]
-    return replace(_unsure(place), start=first, end=behind, unknown=False), []
+        return unsure(place), ["does not stop moving"]
+    return replace(unsure(place), start=first, end=behind, unknown=False), []
 
 
 def _goes_though_excluded(

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
-from motiondb.meaning.occurrences import posture_of, say_posture
+import numpy as np
+
+from motiondb.meaning.occurrences import posture_of, say_posture, sitting, standing
 from motiondb.search.asked_words import AskedWords
+from motiondb.search.placing import PartPlace, unsure
 from motiondb.search.seen_frames import SeenFrames
+
+WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
+HELD_FOR = 9  # Frames (0.3 s) for which a posture is at least held while something else is done
 
 
 def lacks_posture(
@@ -57,3 +64,32 @@ def posture_though_excluded(
         return None
     is_seen = any(a < end and b > start for a, b in seen.events(posture))
     return [f"does {say_posture(posture)}, which is excluded"] if is_seen else []
+
+
+def held_inside(times: Sequence[tuple[int, int]], low: int, high: int) -> list[tuple[int, int]]:
+    """The parts of some times that are in frames [low, high), but short ones.
+
+    >>> held_inside([(0, 30), (50, 90), (95, 120)], 10, 100)
+    [(10, 30), (50, 90)]
+    """
+    inside = [(max(start, low), min(end, high)) for start, end in times]
+    return [(start, end) for start, end in inside if end - start >= HELD_FOR]
+
+
+def held_meanwhile(
+    seen: SeenFrames, action: Sequence[str], place: PartPlace
+) -> tuple[PartPlace, list[str]]:
+    """Where in a place somebody holds a posture for longest; against it, if nowhere."""
+    held = held_inside(seen.events(posture_of(action)), place.start, place.end)
+    start, end = max(held, key=lambda run: run[1] - run[0], default=(0, 0))
+    if not end:
+        return unsure(place), [f"does not {say_posture(posture_of(action))} meanwhile"]
+    return replace(unsure(place), start=start, end=end), []
+
+
+def other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
+    """That somebody does not stand or sit in a place, if so for most of it."""
+    inside = seen.track[place.start : place.end]
+    slow = np.hypot(inside[:, 1], inside[:, 2]) < WALKING
+    holds = sitting(inside) if "sit" in action else standing(inside) & slow
+    return [] if len(inside) and holds.mean() >= HOLDS else [f"does not {action[0]} meanwhile"]

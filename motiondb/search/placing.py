@@ -67,6 +67,11 @@ class PartPlace:
         return self.probability * self.right
 
 
+def unsure(place: PartPlace) -> PartPlace:
+    """A place that something speaks against: how probable it is was not measured."""
+    return replace(place, probability=None, right=None)
+
+
 @dataclass(frozen=True)
 class Placed:
     """Where a capture shows a reading of a question."""

@@ -95,6 +95,62 @@ def test_a_posture_meanwhile_is_measured(db: motiondb.MotionDB) -> None:
     assert True in told
 
 
+@pytest.mark.parametrize(
+    ("asked", "posture"),
+    [("jump with the hands in the air", "overhead"), ("walk with both arms up", "raise both")],
+)
+def test_hands_that_are_raised_meanwhile_are_measured_alone(
+    db: motiondb.MotionDB, asked: str, posture: str
+) -> None:
+    """Whatever is not contradicted has them up in its interval; no caption says how probably."""
+    answer = db.search(asked, limit=60)
+    free = [match for match in answer.matches if not match.contradicted]
+    for match in free:
+        held = find_occurrences(track_of(db, match.capture), posture)
+        first, behind = round(30 * match.start), round(30 * match.end)
+        assert any(first >= start and behind <= end for start, end in held)
+    others = [match for match in answer.matches if match.contradicted]
+    assert free
+    assert others
+    assert all("meanwhile" in match.contradicted[0] for match in others)
+    assert {match.probability for match in answer.matches} == {None}
+
+
+def test_a_posture_before_another_action_is_measured_alone(db: motiondb.MotionDB) -> None:
+    answer = db.search("stand still, then walk", limit=20)
+    assert answer.understood == "stand still, then walk; measured: stand still"
+    silent = [match for match in answer.matches if "still" not in match.words]  # no caption says so
+    free = [match for match in silent if not match.contradicted]
+    for match in free:
+        still, walk = match.parts
+        held = find_occurrences(track_of(db, match.capture), "still")
+        first, behind = round(30 * still.start), round(30 * still.end)
+        assert any(start <= first < behind <= end for start, end in held)
+        assert still.end <= walk.start
+    assert len(free) >= 5
+
+
+def test_a_posture_that_no_caption_says_is_measured_alone(db: motiondb.MotionDB) -> None:
+    assert not {"kneel", "knee", "lie"} & {*db.learned.known_words}
+    for asked, posture in (
+        ("kneel", "kneel"),
+        ("lie on the floor", "lie"),
+        ("kneel twice", "kneel"),
+    ):
+        answer = db.search(asked, limit=5)
+        assert answer.missing == ()
+        assert answer.measured == (posture,)
+        assert answer.nothing.startswith("probably nothing")
+        assert all(posture in match.contradicted[0] for match in answer.matches)
+
+
+def test_parts_that_different_captures_show_are_not_called_absent(db: motiondb.MotionDB) -> None:
+    for asked in ("wave while dribbling", "dribble, then clap"):
+        answer = db.search(asked, limit=3)
+        assert answer.partial
+        assert not answer.nothing
+
+
 def test_who_walks_away_is_measured_after_the_other_action(db: motiondb.MotionDB) -> None:
     answer = db.search("wave, then walk away", limit=5)
     assert [part.words for part in answer.matches[0].parts] == ["wave", "walk"]

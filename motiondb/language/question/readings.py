@@ -347,7 +347,8 @@ def hold_to_known(
 ) -> KnownQuestion:
     """Remove the words that no caption has from a question, and list them.
 
-    `seen`: Actions that stay as they are, since they are measured. Of one action among others, a direction alone is not left: of "then puts it back", not "back".
+    Of one action among others, a direction alone is not left: of "then puts it back", not "back".
+    `seen`: Actions that stay as they are, since they are measured.
 
     >>> from motiondb.language.question.parse import parse
     >>> known = hold_to_known(parse("wlak slowly, not moonwalk, sit"), {"sit": 3, "walk": 4})
