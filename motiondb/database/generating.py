@@ -207,6 +207,16 @@ def say_why_not(shown: Sequence[JudgedAction], first: str = "") -> str:
     return "; ".join(filter(None, said))
 
 
+def takes_of(session: Session) -> Takes:
+    """The motions of all captures, as generation looks at them."""
+
+    def held(capture: int, posture: str) -> list[tuple[int, int]]:
+        seen = session.frames.of(session.learned, capture)
+        return [] if seen.is_away else seen.events(posture)
+
+    return Takes(session.pool, lambda number: store.load_motion(session.store, number), held)
+
+
 def generate(
     session: Session,
     words: str,
@@ -233,7 +243,7 @@ def generate(
     made: list[motion_making.MadeMotion] = []
     motions: list[Generated] = []
     with session.reading():
-        takes = Takes(session.pool, lambda capture: store.load_motion(session.store, capture))
+        takes = takes_of(session)
         check_any(session.learned)
         sentence, same = sentence_of(session.learned, words), dict[str, Taking]()
         if exact:

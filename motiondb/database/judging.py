@@ -12,7 +12,13 @@ from typing import TYPE_CHECKING
 from motiondb import answers, store
 from motiondb.database.catalogue.assessing import points_of
 from motiondb.database.catalogue.exporting import added_joint_map, load_clip
-from motiondb.database.generating import action_verdict, replace_unknown, say_why_not, with_notation
+from motiondb.database.generating import (
+    action_verdict,
+    replace_unknown,
+    say_why_not,
+    takes_of,
+    with_notation,
+)
 from motiondb.database.loading import nearby_table
 from motiondb.database.searching import check_any
 from motiondb.database.session import Session
@@ -21,7 +27,6 @@ from motiondb.errors import MotionDBError
 from motiondb.files.formats import read_capture, split_take
 from motiondb.files.own_files import provenance_path
 from motiondb.files.safe_files import is_file, read_bounded
-from motiondb.generate.material import Takes
 from motiondb.generate.second_opinion import judge_sentence
 from motiondb.language.question.readings import hinted, with_hints
 from motiondb.quality.assess import assess
@@ -59,7 +64,7 @@ def judge(
         copies = [match.capture for match in near if match.score >= SAME]
         left_out = sorted({*names, *copies} & {info.name for info in learned.captures.values()})
         numbers = {info.name: number for number, info in learned.captures.items()}
-        takes = Takes(session.pool, lambda capture: store.load_motion(session.store, capture))
+        takes = takes_of(session)
         found = judge_sentence(
             learned, takes, motion, asked.text, [numbers[n] for n in left_out], seeded(0)
         )

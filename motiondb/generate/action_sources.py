@@ -33,9 +33,9 @@ it: where they say "stand up", "stand" goes up.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import combinations, islice, pairwise
 
 import numpy as np
 
@@ -57,6 +57,7 @@ from motiondb.meaning.direction import (
     directions_of,
 )
 from motiondb.meaning.limb_sides import limbs_to_measure
+from motiondb.meaning.occurrences import is_posture_alone, posture_of
 from motiondb.records import FloatArray, IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -112,6 +113,10 @@ UNLIKE_WEIGHT = 0.4  # D
 RARE_WEIGHT = 0.12
 """A. Plain kicks and twists win with it against those of an acrobat; .08 to .16 make little
 difference to how many excerpts the judge finds right (.61 to .64 of 36 actions of CMU)."""
+MOST_SEEN = 1000  # Captures in which a posture is looked for, as in a search
+HELD_WEIGHT = 4.0
+"""Value of a segment throughout which a posture is held, nats: one that holds it for less is grown
+into only where it holds it for three quarters (``excerpts.DROP``). By hand."""
 RARE = 60.0
 """Nats a frame. On CMU the median over the captures of a performer is 30 to 60 in walking,
 exercises and karate, 64 in ballet, 132 in acrobatics."""
@@ -150,7 +155,8 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
     listed = learned.listed_actions
     groups, left_out, measured = [], [], set[str]()
     directions = tuple(d for group in action.groups for d in directions_of(group))
-    for asked in action.groups:
+    searched = [group for group in action.groups if not is_posture_alone(group)]
+    for asked in searched or action.groups:
         group = _without_measured(asked)
         measured.update(set(asked) - set(group))
         kept = _said_together(listed, group, learned, verbs)
@@ -409,6 +415,29 @@ def all_sources(learned: Learned, of: ActionSources) -> ActionSources:
         if learned.captures[capture].kind == "captured"
     ]
     return replace(of, sources=tuple(sources))
+
+
+def seen_sources(
+    learned: Learned, of: ActionSources, held: Callable[[int, str], Sequence[tuple[int, int]]]
+) -> ActionSources:
+    """The recorded captures that hold a posture, whatever captions say, as sources.
+
+    `held`: The first frames and last frames + 1 of the times for which a capture holds a posture.
+    """
+    sources, posture = [], posture_of(of.action.words)
+    recorded = (c for c in learned.rows if learned.captures[c].kind == "captured")
+    for capture in islice(recorded, MOST_SEEN):
+        times, rows = held(capture, posture), learned.rows[capture]
+        starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
+        shares = np.zeros(len(starts))
+        for start, end in times:
+            inside = np.minimum(ends, end) - np.maximum(starts, start)
+            shares += np.maximum(inside, 0) / (ends - starts)
+        if times:
+            cost = HELD_WEIGHT * all(start == 0 for start, _ in times)  # nobody is seen to take it
+            sources.append(Source(capture, rows, starts, ends, HELD_WEIGHT * shares, cost))
+    usual = tuple(_with_rarity(learned, sources))
+    return replace(of, sources=usual, directions=(posture,))
 
 
 def picked_source(learned: Learned, of: ActionSources, capture: int) -> ActionSources:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,8 @@ class Takes:
 
     frames: FramePool
     motion: Callable[[int], Motion]  # Gives the motion of a capture by its number
+    # Gives the first frames and last frames + 1 of the times for which a capture holds a posture
+    held: Callable[[int, str], Sequence[tuple[int, int]]]
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,6 +19,7 @@ from motiondb.generate.action_sources import (
     all_sources,
     find_sources,
     picked_source,
+    seen_sources,
 )
 from motiondb.generate.excerpt_motion import (
     ANY_PLACE,
@@ -57,7 +58,7 @@ from motiondb.language.vocabulary import MODIFIERS, nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.meaning.direction import directions_of, is_as_in_search, words_of_measured
-from motiondb.meaning.occurrences import measured_track
+from motiondb.meaning.occurrences import EVERY_POSTURE, is_posture_alone, measured_track
 from motiondb.records import IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -142,7 +143,7 @@ def make_motion(
     with one_blas_thread():  # the same sums on any machine
         if method == "trajectory":
             return _from_symbols(learned, takes, wanted)
-        sources = _sources(learned, wanted, anyway, choice.wishes)
+        sources = _sources(learned, takes, wanted, anyway, choice.wishes)
         made_of_excerpts = excerpt_motion(learned, takes, sources, rng, choice)
         return _from_excerpts(learned, wanted, sources, made_of_excerpts)
 
@@ -227,10 +228,18 @@ def _as_in_search(groups: Sequence[Sequence[str]]) -> tuple[str, ...]:
     return tuple(d for words in groups for d in directions_of(words) if is_as_in_search(d))
 
 
+def _is_asked(measured: str) -> bool:
+    """Whether what is measured is judged although no excerpt does it."""
+    return is_as_in_search(measured) or measured in EVERY_POSTURE
+
+
 def _measured_words(tree: Node, counts: Mapping[str, int]) -> set[str]:
     """Words of the actions that no caption says and that are measured beside known words."""
-    measured = set()
+    measured = set[str]()
     for action in actions_of(tree):
+        if is_posture_alone(action.words):
+            measured.update(action.words)
+            continue
         words = words_of_measured(_as_in_search([action.words])) & MODIFIERS
         if any(word in counts for word in action.words if word not in words):
             measured |= words
@@ -278,7 +287,7 @@ def _nothing_shows(missing: Sequence[tuple[str, ...]], learned: Learned) -> str:
 
 
 def _sources(
-    learned: Learned, wanted: _Wanted, anyway: bool, wishes: Sequence[PlaceWish]
+    learned: Learned, takes: Takes, wanted: _Wanted, anyway: bool, wishes: Sequence[PlaceWish]
 ) -> list[ActionSources]:
     """The captures that can show each action; a picked one shows it, whatever is written."""
     if not learned.has_words:
@@ -290,7 +299,10 @@ def _sources(
     for action in dict.fromkeys(wanted.actions):
         known = any(word in learned.word_numbers for word in action.words)
         of = ActionSources(action, ())
-        found[action] = find_sources(learned, action, wanted.verbs) if known else of
+        if all(map(is_posture_alone, action.groups)):
+            found[action] = seen_sources(learned, of, takes.held)
+        else:
+            found[action] = find_sources(learned, action, wanted.verbs) if known else of
     chosen = []
     for action, wish in zip(wanted.actions, wishes or [PlaceWish()] * len(wanted.actions)):
         of = found[action]
@@ -317,8 +329,9 @@ def _no_source(action: PlannedAction) -> str:
     without = "".join(f", not {' '.join(words)}" for words in action.excluded)
     parts = [*map(" ".join, action.groups)] if len(action.groups) > 1 else []
     near = f"Each by itself is known: {', '.join(parts)}. " if parts else ""
+    seen = " and no capture is seen to do it" * all(map(is_posture_alone, action.groups))
     return (
-        f"generate: no caption mentions {said + without!r}. {near}"
+        f"generate: no caption mentions {said + without!r}{seen}. {near}"
         "Ask for it otherwise, or pass --anyway for the closest motion."
     )
 
@@ -341,7 +354,7 @@ def _from_excerpts(
         performer = learned.performers[shown.excerpt.capture]
         name = learned.captures[shown.excerpt.capture].name
         not_done = [*unmade, *miscounted(shown, of_part)]
-        as_asked = () if of.is_usual else filter(is_as_in_search, of.directions)
+        as_asked = () if of.is_usual else filter(_is_asked, of.directions)
         measured = tuple(dict.fromkeys((*shown.directions, *as_asked)))
         not_done += [one for one in of.not_used if one.text not in words_of_measured(measured)]
         left += not_done

@@ -67,7 +67,7 @@ from motiondb.meaning.motion_judge import (
     pool_windows,
     said_words,
 )
-from motiondb.meaning.occurrences import measured_track
+from motiondb.meaning.occurrences import measured_track, posture_of
 from motiondb.records import Float32Array, FloatArray, Motion
 from motiondb.search.measured_answers import excluded_words
 
@@ -248,6 +248,8 @@ def _unmeasured(group: Sequence[str], done: Sequence[str]) -> tuple[str, ...]:
     >>> _unmeasured(("kick",), ["kick"]), _unmeasured(("turn",), ["turn"])
     (('kick',), ())
     """
+    if posture_of(group) in done:
+        return ()
     measured = words_of_measured([w for w in done if w not in ACTIONS or w in PLAIN_TURNS])
     if not measured.isdisjoint(PLAIN_TURNS):
         measured |= {*PLAIN_TURNS}

@@ -149,7 +149,7 @@ _PHRASES = (
     ),
     (
         re.compile(
-            r"\b(?:high\s+)?(?:above|over)\s+(?:(?:the|his|her|their|its|one's)\s+)?heads?\b"
+            r"\b(?:high\s+)?(?:above|over)\s+(?:(?:the|his|her|their|its|your|my|one's)\s+)?heads?\b"
             r"|\b(?<=arms\s)in\s+the\s+air\b|\b(?<=hands\s)in\s+the\s+air\b",
             re.IGNORECASE,
         ),

@@ -24,6 +24,8 @@ duck             height that the head loses or gains           0.3 m
 climb            lasting rise over the ground of the lower     0.4 m
                  foot, or of the pelvis from where it is in
                  standing if that is less; not "climb down"
+kneel, raise     time for which a posture is held              0.5 s
+both, ...        (:mod:`motiondb.meaning.occurrences`)
 ===============  ============================================  =====================
 
 A loss of speed from 3 to 2 m/s is no stop, because speeds above ``MOVING`` count as that. The
@@ -49,6 +51,7 @@ from motiondb.meaning.limb_sides import (
 )
 from motiondb.meaning.occurrences import (
     ALOFT,
+    EVERY_POSTURE,
     FLIGHTS,
     INVERTED,
     LASTING,
@@ -56,6 +59,10 @@ from motiondb.meaning.occurrences import (
     LOW,
     aloft,
     find_occurrences,
+    frames_without,
+    is_posture_alone,
+    posture_of,
+    say_posture,
 )
 from motiondb.meaning.travelled import (
     CLEARLY,
@@ -92,6 +99,7 @@ FULL = {
     **LOW,
     "duck": 0.3,  # of the head
     "climb": 0.4,
+    **dict.fromkeys(EVERY_POSTURE, 0.5),
 }
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
@@ -136,7 +144,11 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     (('spin left',), ('left hand out',))
     >>> directions_of(("bend", "down")), directions_of(("jump", "down"))
     (('bend',), ('down', 'jump'))
+    >>> directions_of(("raise", "both", "arm")), directions_of(("kneel", "down"))
+    (('raise both',), ('kneel',))
     """
+    if is_posture_alone(words):
+        return (posture_of(words),)
     out = "" if PUNCHES.isdisjoint(words) else OUT
     limbs = [
         f"{side} {limb}{'' if limb in LEGS else out}" for side, limb in limbs_to_measure(words)
@@ -202,7 +214,7 @@ def is_as_in_search(measured: str) -> bool:
 
 def is_of_limb(measured: str) -> bool:
     """Whether a measured word is the side of a limb."""
-    return not LIMBS.isdisjoint(measured.split())
+    return measured not in EVERY_POSTURE and not LIMBS.isdisjoint(measured.split())
 
 
 def words_of_measured(measured: Sequence[str]) -> set[str]:
@@ -223,6 +235,8 @@ def say_measured(measured: str) -> str:
     >>> say_measured("stationary"), say_measured("left hand"), say_measured("both hand")
     ('in place', 'left hand', 'both hands')
     """
+    if measured in EVERY_POSTURE:
+        return say_posture(measured)
     if measured.startswith("both "):
         return {"both foot": "both feet"}.get(measured, f"{measured}s")
     return measured if measured in FULL else " ".join(map(as_said, measured.split()))
@@ -236,8 +250,8 @@ def say_not_done(measured: str, amount: float) -> str:
     >>> say_not_done("left hand", 0.1), say_not_done("left hand", 0.0)
     ('it moves the right hand, not the left', 'it does not move the left hand')
     """
-    if measured in ACTIONS:
-        return f"it does not {measured}"
+    if measured in (*ACTIONS, *EVERY_POSTURE):
+        return f"it does not {say_measured(measured)}"
     first, _, second = measured.removesuffix(OUT).partition(" ")
     if second in LIMBS and amount <= 0.0:
         which = measured if first == "both" else f"the {measured}"
@@ -305,6 +319,9 @@ def _way(track: FloatArray, measured: str) -> FloatArray:
         return track[:, 14]
     if measured in LOWERING:
         return -track[:, LOWERING[measured]]
+    if measured in EVERY_POSTURE:
+        held = ~frames_without(find_occurrences(track, measured), len(track))
+        return np.asarray(np.cumsum(held) / MOTION_FPS)
     if measured in OCCURRING:
         share = np.zeros(len(track))
         for start, end in find_occurrences(track, measured):

@@ -103,6 +103,13 @@ COUNTED = (*FLIGHTS, "kick", "punch", *sorted(OVER), *LEANS, *LOW)
 """Words whose occurrences are counted in a motion that is made or judged."""
 POSED = frozenset(("raise", "overhead", "lie", "kneel", "on", "still"))
 """First words of postures that are measured where captions do not say them."""
+_HANDS = ("", " left", " right", " both")
+EVERY_POSTURE = (
+    *(f"{what}{side}" for what in ("raise", "overhead") for side in _HANDS),
+    *(f"on {side} leg" for side in ("left", "right", "one")),
+    *("lie", "kneel", "still"),
+)
+"""The postures of ``POSED`` with their sides."""
 HELD = frozenset(("handstand", "sit", *POSED))
 """Events that last for as long as a posture is held, or their first words."""
 RAISED, ABOVE_HEAD = -0.05, 0.1

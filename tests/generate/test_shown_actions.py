@@ -13,6 +13,7 @@ import motiondb
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.generate.shown_actions import MEASURED, NOT_SHOWN, SHOWN, Asked, judge_motion
 from motiondb.language.question.tree import NotUsed
+from motiondb.meaning.occurrences import find_occurrences, measured_track
 from motiondb.records import Motion
 
 
@@ -136,3 +137,30 @@ def test_words_that_no_other_capture_says_together_are_not_denied(
     assert alone.shown is False
     assert both.shown is None
     assert both.probability < NOT_SHOWN
+
+
+@pytest.mark.parametrize(
+    ("sentence", "number", "posture"),
+    [
+        ("walk, then raise the left hand", 1, "raise left"),
+        ("stand still for 2 seconds, then walk", 0, "still"),
+        ("jump with the hands above the head", 0, "overhead"),
+    ],
+)
+def test_postures_are_made_from_where_they_are_seen(
+    db: motiondb.MotionDB, sentence: str, number: int, posture: str
+) -> None:
+    """Whatever captions say; each is measured again here, in its part of the motion."""
+    made = db.generate(sentence, seed=0)
+    part = made.shown[number]
+    assert part.shown
+    held = find_occurrences(measured_track(made.motion), posture)
+    assert sum(max(min(b, part.end) - max(a, part.start), 0) for a, b in held) >= 15
+
+
+def test_a_posture_that_nobody_takes_is_not_made(db: motiondb.MotionDB) -> None:
+    with pytest.raises(motiondb.QueryError, match="no capture is seen to do it"):
+        db.generate("kneel")
+    walk = db.generate("walk with both arms up", seed=0)
+    assert walk.shown[0].shown is False
+    assert walk.shown[0].reason == "it does not raise both hands"
