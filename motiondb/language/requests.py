@@ -68,6 +68,15 @@ _MANNERS = (
     (rf"in\s+slow\s+motion|at\s+(?:a\s+)?(?:slow|low)\s+{_SPEED}", "slowly"),
     (r"at\s+all", ""),
     (
+        r"(?:imitat|mimick?)(?:es?|s|ing|ed)?|pretend(?:s|ing|ed)?\s+to\s+be|act(?:s|ing|ed)?\s+(?:like|as)"
+        r"|impersonat(?:es?|ing|ed)",
+        "",
+    ),
+    (
+        r"with\s+((?:an?|one|two)\s+(?:\w+\s+){1,5}?)(?:at|in)\s+the\s+(?:very\s+)?end(?!\s+of)",
+        r", then \1",
+    ),
+    (
         r"with\s+((?:(?:his|her|their|the|its|one|both|a|left|right)\s+)*(?:arm|hand)s?)\s+"
         rf"(?:(?:held|kept|stretched)\s+)?(?:(?:up|raised|lifted|high)(?!\s+(?:to|on|the)\b)"
         rf"(?:\s+({_OVERHEAD}))?|({_OVERHEAD}))",

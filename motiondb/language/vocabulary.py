@@ -81,6 +81,7 @@ _WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
 _WILD = re.compile(r"(?:(?<=[\s,;.])|^)\?(?=[\s,;.?]|$)")
 _PHRASES = (
     (re.compile(r"\blay[\s-]+ups?\b", re.IGNORECASE), "layup"),
+    (re.compile(r"\b(push|press|sit|pull|chin)(?:-ups?|\s+ups)\b", re.IGNORECASE), r"\1up"),
     (
         re.compile(
             r"\b(?:walk|stand|balanc)(?:e?s|ing|e?d|e)?\s+on\s+(?:(?:both|the|his|her|their)\s+)*hands\b"
@@ -161,9 +162,8 @@ SAME = (
     ("forward roll", "somersault"),
     ("stand still", "idle"),
     ("martial art", "karate"),
-    ("push up", "pushup", "press up"),
-    ("sit up", "situp"),
-    ("pull up", "pullup", "chin up"),
+    ("pushup", "pressup"),
+    ("pullup", "chinup"),
     ("jumping jack", "star jump"),
 )
 """Phrases that name the same motion: one of which a database knows stands for the others."""

@@ -7,6 +7,7 @@ speed    travelling (``TRAVELS``), not of jumps: the    fast, quick, rapid, bris
          mean over its fastest second, m/s
 height   jumps: the rise of the pelvis in a flight, m   high; low
 way      jumps: the way over the ground in a flight, m  far, long, broad; short
+time     travelling: how long the interval lasts, s     long; short
 =======  =============================================  ===================================
 
 These words have no bounds: they order the motions that show the action.
@@ -27,6 +28,7 @@ from motiondb.records import MOTION_FPS, FloatArray
 _SLOW, _FAST = SPEEDS
 _JUMPS = frozenset(FLIGHTS)
 _OF_TRAVEL = dict.fromkeys(_FAST, ("speed", 1.0)) | dict.fromkeys(_SLOW, ("speed", -1.0))
+_OF_TRAVEL |= {"long": ("time", 1.0), "short": ("time", -1.0)}
 _OF_JUMPS = {
     "high": ("height", 1.0),
     "low": ("height", -1.0),
@@ -35,14 +37,15 @@ _OF_JUMPS = {
     "broad": ("way", 1.0),
     "short": ("way", -1.0),
 }
-_UNITS = {"speed": "m/s", "height": "m up", "way": "m along the ground"}
+_LASTING = frozenset(("long", "short"))
+_UNITS = {"time": "s", "speed": "m/s", "height": "m up", "way": "m along the ground"}
 
 
 @dataclass(frozen=True)
 class Degree:
     """What of a motion a word of degree names, and whether more or less of it."""
 
-    measure: str  # "speed", "height" or "way"
+    measure: str  # "speed", "time", "height" or "way"
     sign: float  # 1: the more the better; -1: the less
     words: frozenset[str]  # The words that name it
 
@@ -55,6 +58,8 @@ class Degree:
         >>> Degree("speed", 1.0, frozenset()).amount(track, 0, 90)
         2.0
         """
+        if self.measure == "time":
+            return (behind - first) / MOTION_FPS
         if self.measure == "speed":
             inside = np.hypot(*track[first:behind, 1:3].T)
             if not len(inside):
@@ -74,7 +79,7 @@ class Degree:
         >>> Degree("speed", 1.0, frozenset()).say(4.316)
         '4.3 m/s'
         """
-        digits = 1 if self.measure == "speed" else 2
+        digits = 1 if self.measure in ("speed", "time") else 2
         return f"{amount:.{digits}f} {_UNITS[self.measure]}"
 
 
@@ -83,12 +88,16 @@ def degree_of(words: Sequence[str]) -> Degree | None:
 
     >>> degree_of(("run", "fast")).sign, degree_of(("jump", "far")).measure
     (1.0, 'way')
-    >>> degree_of(("wave", "slow")), degree_of(("kick", "high"))
-    (None, None)
+    >>> degree_of(("wave", "slow")), degree_of(("kick", "high")), degree_of(("long", "step"))
+    (None, None, None)
+    >>> degree_of(("run", "long")).measure
+    'time'
     """
     jumps = not _JUMPS.isdisjoint(words)
     table = _OF_JUMPS if jumps else {} if TRAVELS.isdisjoint(words) else _OF_TRAVEL
     named = {word for word in words if word in table}
+    if not jumps and ("step" in words or not {*words} - named <= TRAVELS):
+        named -= _LASTING  # long steps are no long walk
     found = {table[word] for word in named}
     if len(found) != 1:
         return None

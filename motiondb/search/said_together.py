@@ -29,6 +29,7 @@ from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import MODIFIERS
 from motiondb.learn.checking import LEAST_CHECKING
 from motiondb.meaning.limb_sides import LEGS, limb_held
+from motiondb.meaning.occurrences import posture_of
 from motiondb.meaning.travelled import TRAVELS
 from motiondb.search.asked_words import AskedWords
 
@@ -39,7 +40,11 @@ GENERAL = frozenset(("go", "move", "travel", "come", "head", "do", "get"))
 """Verbs that say no more than the direction beside them."""
 _UP = frozenset(("up", "down"))
 _WALKS = frozenset(("walk", "go", "run", "jog", "come", "move", "step", "march"))
-_ARMS_TEXT = "wave punch box point reach grab clap throw catch wash drink dribble juggle salute"
+_ARMS_TEXT = """
+beckon block box brush catch chop clap clean dribble drink eat gesture grab hit hold juggle knock
+lift open parry pass pick point pour pull punch push reach salute scratch screw shoot signal slap
+stir strike sweep throw touch type unscrew wash wave wipe write
+"""
 _LEGS_TEXT = "kick walk run jog sprint step hop jump march skip tiptoe"
 _GOES: dict[str, frozenset[str]] = {
     "up": frozenset(["climb", "jump", "hop", "leap"]),
@@ -95,7 +100,7 @@ def searched_together(
             searched += groups
             apart.extend(word for group in groups for word in group if len(groups) > 1)
             spoken = only or action
-            known = {*measured(spoken), *_implied(spoken)}
+            known = {*measured(spoken), *_implied(spoken)} - _free_limbs(spoken)
             left.extend(word for word in lost if word not in known)
         now = tuple(dict.fromkeys(searched))
         return part if now == part.actions else replace(part, actions=now, said=part.actions)
@@ -155,6 +160,20 @@ def _groups(
             kept.append(word)
     ordered = tuple(word for word in action if word in kept)
     return [ordered], [w for w in action if w not in kept and w not in GENERAL]
+
+
+def _free_limbs(action: Sequence[str]) -> set[str]:
+    """The limbs that an action moves and its verb does not say: arms that swing, not the swinger.
+
+    That they move is measured; that this is what the verb says is not.
+
+    >>> _free_limbs(("swing", "both", "arm")), _free_limbs(("wave", "both", "arm"))
+    ({'arm'}, set())
+    """
+    heads = {*action} - MODIFIERS - GENERAL
+    if not heads or posture_of(action) or limb_held(action):
+        return set()
+    return set(LIMBS.intersection(action)) - _implied(action)
 
 
 def _unimplied(action: tuple[str, ...]) -> list[tuple[str, ...]]:

@@ -31,7 +31,7 @@ from motiondb.language.vocabulary import split_actions
         ("decides to run away, and is about to fall", "run away | fall"),
         # not frames: these are the motion
         ("someone looks for a key", "look key"),
-        ("pull ups", "pull up"),
+        ("pull ups", "pullup"),
         ("gets up from the floor", "stand up floor"),
         ("plays a guitar", "play guitar"),
         ("picks up a box and takes it", "pick up thebox | take"),

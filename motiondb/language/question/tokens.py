@@ -51,6 +51,7 @@ _WORDS = (
         rf"(?:with)?in\s+the\s+{_PART}(?:\s+and\s+(?:in\s+)?the\s+{_PART})*"
         r"|at\s+the\s+(?:very\s+)?(?:beginning|start|end)\s+of\s+(?:the|a|each|every)"
         r"(?:\s+(?:clip|take|capture|file|recording|motion|sequence)|(?=\s*(?:[,.;?!]|$)))"
+        r"|at\s+the\s+(?:very\s+)?(?:beginning|start|end)(?!\s+of\b)"
         rf"|(?:after|before)\s+(?:the\s+first\s+)?{_SECONDS}(?=\s*(?:[.;?!]|$))",
     ),
     (
