@@ -186,7 +186,8 @@ def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
         word = lemma(word)
     forms = list(dict.fromkeys((lemma(word), word.lower())))
     entry = next(filter(None, map(table.entry, forms)), ())
-    chances = [pair for pair in entry if pair[0] in known and pair[0] not in forms]
+    parts = {form.removesuffix(end) for form in forms for end in ("up", "down", "off", "over")}
+    chances = [pair for pair in entry if pair[0] in known and pair[0] not in parts]
     ordered = sorted(chances, key=lambda pair: (-pair[1], pair[0]))
     likely = tuple((target, chance) for target, chance in ordered if chance >= SUGGESTED)
     if likely or any(table.is_english(form) for form in forms):
