@@ -147,6 +147,11 @@ class AskedWords:
             return self.learned.checked
         return np.concatenate([self.learned.checked, self.columns.checked])
 
+    def are_checked(self, readings: Sequence[Reading]) -> bool:
+        """Whether own captions have checked all words of a question."""
+        words = set[str]().union(*map(words_of_reading, readings))
+        return bool(self.checked[[self.numbers[word] for word in words]].all())
+
     def is_known(self) -> NDArray[np.bool_]:
         """Which words some caption or tag holds now, or known words replace: array (words,)."""
         return np.append(self.learned.is_known(), np.ones(len(self.added), dtype=bool))
@@ -187,6 +192,13 @@ class AskedWords:
         if self.columns is None:
             return values
         return np.concatenate([values, values @ self.columns.shares], axis=-1)
+
+
+def words_of_reading(reading: Reading) -> set[str]:
+    """All words that a reading asks for or excludes."""
+    asked = [action for part in reading.parts for action in part.actions]
+    excluded = [action for exclusion in reading.exclusions for action in exclusion.actions]
+    return {word for action in (*asked, *excluded) for word in action}
 
 
 def learned_words(learned: Learned) -> AskedWords:

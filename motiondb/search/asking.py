@@ -62,7 +62,7 @@ from motiondb.search.asked_words import (
     without_words_apart,
     written_words_of,
 )
-from motiondb.search.said_together import LEAVING, POSTURES, searched_together
+from motiondb.search.said_together import LEAVING, STANDING, searched_together
 from motiondb.search.takings import (
     Sentence,
     Taking,
@@ -116,6 +116,11 @@ class AskedQuestion:
         """The actions of every part of the only reading, as they are measured."""
         (reading,) = self.readings
         return tuple(actions_of_part(self.asked, part, self.only) for part in reading.parts)
+
+    @cached_property
+    def is_silent(self) -> bool:
+        """Whether no answer has a probability, since no own caption has checked the words."""
+        return self.is_seen_alone or not self.asked.are_checked(self.readings)
 
     @property
     def by_length(self) -> bool:
@@ -282,9 +287,12 @@ def without_degree(question: KnownQuestion, degree: Degree) -> KnownQuestion:
 
 def is_counted(part: Part) -> bool:
     """Whether the repeats of a part are counted in the motion."""
-    if part.is_seen:
-        return len(part.said) == 1 and bool(posture_of(part.said[0]))
-    return len(part.actions) == 1 and event_of(part.actions[0]) in COUNTED_EVENTS
+    actions = part.said if part.is_seen else part.actions
+    if len(actions) != 1:
+        return False
+    return bool(posture_of(actions[0])) or (
+        not part.is_seen and event_of(actions[0]) in COUNTED_EVENTS
+    )
 
 
 def _measured_limits(part: Part) -> set[str]:
@@ -348,6 +356,8 @@ def actions_of_part(
 
 def _as_measured(asked: AskedWords, action: Sequence[str]) -> tuple[str, ...]:
     """An action as it is measured: what is not, in the likeliest words that replace its own."""
+    if is_posture_alone(action):
+        return tuple(action)
     return tuple(w if w in LEAST or event_of((w,)) else asked.likeliest(w) for w in action)
 
 
@@ -359,7 +369,7 @@ def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> b
         is_repeated(part)
         or part.is_seen
         or any(lasts_going(part, action) for action in actions_of_part(asked, part, only))
-        or any({*action} <= POSTURES or is_posture_alone(action) for action in part.said)
+        or any({*action} <= STANDING or is_posture_alone(action) for action in part.said)
         for part in reading.parts
     )
 

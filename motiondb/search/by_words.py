@@ -27,21 +27,19 @@ from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.word_evidence import upper_bounds
 from motiondb.records import Match
 from motiondb.search import placing, reasons
-from motiondb.search.asked_words import WrittenWord
+from motiondb.search.asked_words import WrittenWord, words_of_reading
 from motiondb.search.asking import AskedQuestion
 from motiondb.search.chances import (
     LIKELY,
     NOTHING,
     Found,
     WordSource,
-    are_checked,
     best_strength,
     chances,
     is_one_action,
     reaches,
     why_unchecked,
     word_sources,
-    words_of_reading,
 )
 from motiondb.search.matches import match_rows
 from motiondb.search.measured_answers import compare_with_motion, is_surely_against
@@ -251,7 +249,7 @@ def search_words(
         MEASURED if question.is_measured else ORDERS_LOOKED_AT if question.is_order else LOOKED_AT
     )
     n_judged = SEEN_ALONE if question.is_seen_alone else n_judged
-    is_told = are_checked(asked, read) and not question.is_seen_alone
+    is_told = not question.is_silent
     certain = partial(chances, asked, read, is_told)
     best = _find(question, allowed, max(limit, n_judged), read)
     found = [Found(*each, certain) for each in best]

@@ -84,12 +84,6 @@ class Found:
         return self.certain(self.capture, self.hit)
 
 
-def are_checked(asked: AskedWords, readings: Sequence[Reading]) -> bool:
-    """Whether own captions have checked all words of a question."""
-    words = set().union(*map(words_of_reading, readings))
-    return bool(asked.checked[[asked.numbers[word] for word in words]].all())
-
-
 def chances(
     asked: AskedWords,
     readings: Sequence[Reading],
@@ -174,13 +168,6 @@ def _with_captions(
         (weight,) = sure.weights.tolist()
         by_motion = [weight * each + sure.constant for each in by_motion]
     return list(map(_Stated, statements, said, is_said, by_motion))
-
-
-def words_of_reading(reading: Reading) -> set[str]:
-    """All words that a reading asks for or excludes."""
-    asked = [action for part in reading.parts for action in part.actions]
-    excluded = [action for exclusion in reading.exclusions for action in exclusion.actions]
-    return {word for action in (*asked, *excluded) for word in action}
 
 
 def counts_or_lasts(reading: Reading) -> bool:

@@ -81,7 +81,7 @@ from motiondb.search.measured_postures import (
     posture_though_excluded,
 )
 from motiondb.search.placing import PartPlace, Placed, is_labelled, unsure
-from motiondb.search.said_together import POSTURES
+from motiondb.search.said_together import STANDING
 from motiondb.search.seen_frames import SeenFrames
 
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
@@ -115,7 +115,7 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
             contradicted += against
             if measured_words(action):
                 places[k], against, is_unclear = _goes(
-                    question.asked, seen, part, action, places[k], room
+                    question, seen, part, action, places[k], room
                 )
                 contradicted += against
                 unclear = unclear or is_unclear
@@ -209,17 +209,17 @@ def _meanwhile(
     """The place of a part that goes on, leaves, or has a posture, and what speaks against it."""
     if lasts_going(part, action):
         return _gone_on(seen, part, action, place, room)
+    if len(part.said) > 1 and {*action} <= STANDING:
+        return place, other_posture(seen, action, place)
     if len(part.said) > 1 and posture_of(action):
         return held_meanwhile(seen, action, place)
-    if len(part.said) > 1 and {*action} <= POSTURES:
-        return place, other_posture(seen, action, place)
     if part.is_seen and not posture_of(action):
         return _leaves(seen, action, place, room)
     return place, []
 
 
 def _goes(
-    asked: AskedWords,
+    question: AskedQuestion,
     seen: SeenFrames,
     part: Part,
     action: Sequence[str],
@@ -230,6 +230,7 @@ def _goes(
 
     And whether the motion leaves it open which limb moves.
     """
+    asked = question.asked
     believed = _believed(asked, seen.capture, action)
     shown = np.zeros((2, seen.n_frames), dtype=bool)
     shown[0, room] = _frames_that_show(asked, seen, action, place)[room]
@@ -245,7 +246,9 @@ def _goes(
     if not alone and (now.start, now.end) != (place.start, place.end):
         now = replace(now, start=place.start, end=place.end, right=None)
     unclear = any(side_amount(speeds[_inside(now)], side) < CLEAR_SIDE for side, _, speeds in sides)
-    unclear = unclear or leaves_posture_open(asked, seen, action, now.start, now.end)
+    unclear = unclear or leaves_posture_open(
+        asked, seen, action, now.start, now.end, question.is_silent
+    )
     if "sideways" in directions_to_measure(action) and "sideways" not in believed:
         aside, ahead, _ = np.abs(seen.speeds[_inside(now)]).sum(axis=0)
         unclear = unclear or bool(aside < ahead)

@@ -33,11 +33,11 @@ def lacks_posture(
 
 
 def leaves_posture_open(
-    asked: AskedWords, seen: SeenFrames, action: Sequence[str], start: int, end: int
+    asked: AskedWords, seen: SeenFrames, action: Sequence[str], start: int, end: int, alone: bool
 ) -> bool:
-    """Whether the posture of an action is seen alone, or both hands are up in place of one.
+    """Whether the posture of an action is seen and not said, or both hands are up in place of one.
 
-    How probable an answer is was never measured of what no caption of it says. [start, end): its
+    `alone`: Whether captions say it nowhere, so that no answer has a probability. [start, end): its
     frames.
     """
     posture = posture_of(action)
@@ -45,7 +45,8 @@ def leaves_posture_open(
     if not posture or seen.is_away:
         return False
     both = seen.events(f"{what} both") if side in ("left", "right") and what != "on" else []
-    return not _is_said(asked, seen, posture) or any(a < end and b > start for a, b in both)
+    is_said = alone or _is_said(asked, seen, posture)
+    return not is_said or any(a < end and b > start for a, b in both)
 
 
 def _is_said(asked: AskedWords, seen: SeenFrames, posture: str) -> bool:

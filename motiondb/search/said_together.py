@@ -33,8 +33,8 @@ from motiondb.meaning.occurrences import posture_of
 from motiondb.meaning.travelled import TRAVELS
 from motiondb.search.asked_words import AskedWords
 
-POSTURES = frozenset(("stand", "sit"))
-"""Postures that are measured where something else is done meanwhile."""
+STANDING = frozenset(("stand", "sit", "still"))
+"""Words of postures in which something else is done: who stands still and waves moves an arm."""
 LEAVING = frozenset(("away", "off", "along", "onward"))  # Said of travelling, and true of it
 GENERAL = frozenset(("go", "move", "travel", "come", "head", "do", "get"))
 """Verbs that say no more than the direction beside them."""
@@ -91,7 +91,7 @@ def searched_together(
         found = [action for action in part.actions if action not in seen]
         if not found and part.actions:
             return replace(part, actions=(), said=part.actions)
-        found = [a for a in found if len(part.actions) == 1 or not {*a} <= POSTURES] or found
+        found = [a for a in found if len(part.actions) == 1 or not {*a} <= STANDING] or found
         searched = list[tuple[str, ...]]()
         for action in found:
             if is_known and "climb" in asked.learned.word_numbers:
