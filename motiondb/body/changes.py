@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
 
 from motiondb.body import kinematics, rotation
 from motiondb.body.joint_names import joint_map, mirror_joints
@@ -199,6 +198,8 @@ def part(clip: Clip, first: int, behind: int) -> Clip:
 
 def in_place(clip: Clip, hips: FloatArray, is_cycle: bool = False) -> tuple[Clip, float]:
     """Take the averaged travel of hips (frames, 3) out of a clip; also its length, metres."""
+    from scipy.ndimage import gaussian_filter1d  # most exports do without
+
     path = hips[:, [0, 2]]
     if is_cycle:  # the first frame follows the last
         steps = len(path) / max(len(path) - 1, 1)
@@ -217,6 +218,8 @@ def _averaged(path: FloatArray, frames: float) -> FloatArray:
     """Average a path (frames, 2); beyond its ends it goes on as if turned about them."""
     if len(path) < 2:
         return path.copy()
+    from scipy.ndimage import gaussian_filter1d
+
     more = min(int(4 * frames) + 1, len(path) - 1)
     before = 2.0 * path[0] - path[more:0:-1]
     after = 2.0 * path[-1] - path[-2 : -2 - more : -1]

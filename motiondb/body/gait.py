@@ -19,7 +19,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from motiondb.body import body, rotation
 from motiondb.body.features import runs
@@ -300,6 +299,8 @@ class _Swing:
 
 def _swings(points: FloatArray, fps: float, side: str) -> list[_Swing]:
     """Return the swings of a foot that carry it on."""
+    from scipy.ndimage import gaussian_filter1d, maximum_filter1d  # most pictures do without
+
     ends = [points[:, _I[f"{side}_{name}"]] for name in ("ankle", "toe")]
     ankle, toe = (gaussian_filter1d(end, _SMOOTH * fps, axis=0, mode="nearest") for end in ends)
     chain = points[:, [_I[f"{side}_{name}"] for name in ("hip", "knee", "ankle")]]

@@ -465,7 +465,7 @@ class Learned(LearnedModel):
     @cached_property
     def described_segments(self) -> DescribedSegments:
         """The segments of the described captures, to be compared with one another."""
-        from motiondb.meaning.nearest_captures import CaptureSegments  # compiled code
+        from motiondb.meaning.nearest_captures import CaptureSegments
 
         said = self._said_words
         rows = {c: r for c, r in self.rows.items() if c in said and r.stop > r.start}

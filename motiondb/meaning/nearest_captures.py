@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numba import njit
 
 from motiondb.meaning.score_vectors import AT_ONCE, Rows, unit
 from motiondb.records import Float32Array, FloatArray, IntArray
@@ -63,10 +62,11 @@ class CaptureSegments:
         Shapes: `vectors` (n, columns), of length 1.
         """
         bounds = np.empty((len(vectors), len(self.spans)), np.float32)
-        asked = self.outlines(vectors)
+        asked, ends = self.outlines(vectors), self.spans.ravel()
+        ends = ends[: len(ends) - int(ends[-1] == self.rows.shape[0])]
         for first in range(0, len(vectors), TOGETHER):
             products = asked[first : first + TOGETHER] @ self._outlines.T
-            _largest_of_captures(products, self.spans, bounds[first : first + TOGETHER])
+            bounds[first : first + TOGETHER] = np.maximum.reduceat(products, ends, axis=1)[:, ::2]
         return bounds
 
 
@@ -104,17 +104,3 @@ class NearestCaptures:
             ends = np.cumsum([len(each) for each in ranges])
             self._vectors.update(zip(new, np.split(rows, ends[:-1])))
         return np.stack([(vectors @ self._vectors[n].T).max(axis=1) for n in places], axis=1)
-
-
-@njit(cache=True)
-def _largest_of_captures(products: Float32Array, spans: IntArray, largest: Float32Array) -> None:
-    """Write the largest product of each capture to `largest` (n, captures).
-
-    Shapes: `products` (n, segments); `spans` (captures, 2).
-    """
-    for row in range(len(products)):
-        for capture in range(len(spans)):
-            best = products[row, spans[capture, 0]]
-            for segment in range(spans[capture, 0] + 1, spans[capture, 1]):
-                best = max(best, products[row, segment])
-            largest[row, capture] = best
