@@ -15,7 +15,7 @@ from motiondb.database.session import Session
 from motiondb.grammar.cfg.context_free import derive_by
 from motiondb.records import MOTION_FPS, SegmentTable
 from motiondb.search.described import describe
-from motiondb.symbols.activities import find_activities
+from motiondb.symbols.activities import ActivitySettings, find_activities
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -123,6 +123,8 @@ def _activities(session: Session, capture_id: int) -> list[answers.ShownActivity
     if not store.has_body(session.store, capture_id):
         return []
     motion = store.load_motion(session.store, capture_id)
+    if motion.n_frames < 2 * ActivitySettings().shortest * FEATURE_STEP:
+        return []  # too short for two, without looking at its features
     runs = find_activities(recognition_features(motion), np.random.default_rng(0))
     if len(runs) < 2:
         return []
