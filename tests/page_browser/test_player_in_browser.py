@@ -141,3 +141,15 @@ def test_a_timeline_is_shown_nearer(asked_server, new_page):
     for _ in range(3):
         page.get_by_label("Show more of the time line").click()
     assert abs(ruler.bounding_box()["width"] - whole["width"]) < 1
+
+
+def test_the_turntable_goes_around_until_it_is_stopped(player):
+    _press(player, "Home")
+    seen = settled(player, ".player-canvas")
+    player.get_by_role("button", name="Go around them").click()
+    player.wait_for_timeout(700)
+    player.locator(".player-canvas").focus()
+    _press(player, "v")
+    turned = settled(player, ".player-canvas")
+    assert turned != seen
+    assert _time(player) == 0.0  # while the motion stands still

@@ -13,6 +13,7 @@ const KEYS: readonly [string, string][] = [
   ["G", "grid"],
   ["T", "trails of hands and feet"],
   ["C", "feet on the ground"],
+  ["V", "go around them"],
   ["R", "see everything"],
   ["1 2 3", "from the front, the side, above"],
   ["A D W S", "turn the camera"],

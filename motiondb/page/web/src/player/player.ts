@@ -38,6 +38,7 @@ const SWITCHES: readonly [keyof Switches, IconName, string][] = [
   ["grid", "grid", "Grid (G)"],
   ["trails", "trails", "Trails of hands and feet (T)"],
   ["contacts", "contact", "Feet on the ground (C)"],
+  ["turntable", "turntable", "Go around them (V)"],
 ];
 
 function tool(name: IconName, label: string, click: () => void): HTMLButtonElement {
@@ -157,6 +158,7 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
     g: () => change("grid"),
     t: () => change("trails"),
     c: () => change("contacts"),
+    v: () => change("turntable"),
     r: () => screen.frameAll(),
     "1": () => screen.frameAll(0, 0.05),
     "2": () => screen.frameAll(Math.PI / 2, 0.05),

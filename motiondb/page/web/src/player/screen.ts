@@ -6,7 +6,7 @@
 
 import * as THREE from "three";
 import type { BallTrack, BodyTrack, Track } from "../api/container.ts";
-import { eyeOf, FIELD_OF_VIEW, orbitAround, type Orbit } from "./camera.ts";
+import { eyeOf, FIELD_OF_VIEW, orbitAround, turn, type Orbit } from "./camera.ts";
 import { BODY_FINENESS, makeCapsules, MARK_FINENESS, type Capsules } from "./capsules.ts";
 import type { StageColours } from "./colours.ts";
 import { ballsOf, makeFigures, type Colour, type Figures } from "./figures.ts";
@@ -37,6 +37,7 @@ export interface Switches {
   grid: boolean;
   trails: boolean;
   contacts: boolean;
+  turntable: boolean;
 }
 
 export interface Screen {
@@ -62,6 +63,8 @@ export interface Screen {
   close(): void;
 }
 
+/** The turntable's speed, radians a second: once around in 12 s. Chosen by eye. */
+const TURNTABLE = Math.PI / 6;
 /** A picture higher than this shows hands and faces when it moves, too, pixels. Chosen by eye. */
 const LARGE = 330;
 
@@ -97,7 +100,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
   let printCapsules: Capsules | null = null;
   let playback = startPlayback(0);
   let orbit = orbitAround([-0.5, 0, -0.5], [0.5, 1.75, 0.5]);
-  let switches: Switches = { follow: false, grid: true, trails: false, contacts: false };
+  let switches: Switches = { follow: false, grid: true, trails: false, contacts: false, turntable: false };
   let changed = true;
   let toldTime = NaN;
   let followed: readonly [number, number] | null = null;
@@ -192,6 +195,7 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     isEmpty: () => shown.tracks.length === 0,
     update(seconds) {
       const before = playback.time;
+      if (switches.turntable) screen.setOrbit(turn(orbit, seconds * TURNTABLE, 0));
       playback = advance(playback, seconds);
       const moved = playback.time !== before || changed;
       changed = false;
