@@ -60,6 +60,7 @@ _LIGHT = re.compile(
 )
 _WHO_CAN = r"(?:he|she|they|it|one|you|someone|ever)(?:\s+(?:can|could))?"
 _SPEED = r"(?:speed|pace|tempo|cadence|velocity)"
+_HANDS = r"(?:(?:his|her|their|the|its|one|both|a|left|right)\s+)*(?:arm|hand)s?"
 _OVERHEAD = r"overhead|(?:above|over)\s+(?:(?:the|his|her|their)\s+)?head|in\s+the\s+air"
 _MANNERS = (
     (rf"as\s+(\w+)\s+as\s+(?:possible|{_WHO_CAN})", r"\1"),
@@ -67,8 +68,10 @@ _MANNERS = (
     (rf"at\s+a\s+(?:fast|quick|high)\s+{_SPEED}", "fast"),
     (rf"in\s+slow\s+motion|at\s+(?:a\s+)?(?:slow|low)\s+{_SPEED}", "slowly"),
     (r"at\s+all", ""),
+    (rf"(?:mov(?:es?|ing|ed)\s+)?({_HANDS})\s+up\s+and\s+down", r"raising \1"),
     (
         r"(?:imitat|mimick?)(?:es?|s|ing|ed)?|pretend(?:s|ing|ed)?\s+to\s+be|act(?:s|ing|ed)?\s+(?:like|as)"
+        r"|(?:mov(?:es?|ing|ed)|behav(?:es?|ing|ed)|goes|going)\s+like"
         r"|impersonat(?:es?|ing|ed)",
         "",
     ),
@@ -77,7 +80,7 @@ _MANNERS = (
         r", then \1",
     ),
     (
-        r"with\s+((?:(?:his|her|their|the|its|one|both|a|left|right)\s+)*(?:arm|hand)s?)\s+"
+        rf"with\s+({_HANDS})\s+"
         rf"(?:(?:held|kept|stretched)\s+)?(?:(?:up|raised|lifted|high)(?!\s+(?:to|on|the)\b)"
         rf"(?:\s+({_OVERHEAD}))?|({_OVERHEAD}))",
         r"while raising \1 \2\3",
