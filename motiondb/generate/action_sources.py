@@ -59,6 +59,7 @@ from motiondb.meaning.direction import (
 from motiondb.meaning.limb_sides import limbs_to_measure
 from motiondb.meaning.occurrences import is_posture_alone, posture_of
 from motiondb.records import FloatArray, IntArray
+from motiondb.search.said_together import STANDING
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 LEAST_SHOWN = 0.1
@@ -154,9 +155,13 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
     """Find the captures that can show an action of a sentence with these verbs."""
     listed = learned.listed_actions
     groups, left_out, measured = [], [], set[str]()
-    directions = tuple(d for group in action.groups for d in directions_of(group))
-    searched = [group for group in action.groups if not is_posture_alone(group)]
-    for asked in searched or action.groups:
+    searched = [group for group in action.groups if not _is_held(group)] or action.groups
+    directions = tuple(
+        d
+        for group in action.groups
+        for d in (directions_of(group) if group in searched else (_held_by(group),))
+    )
+    for asked in searched:
         group = _without_measured(asked)
         measured.update(set(asked) - set(group))
         kept = _said_together(listed, group, learned, verbs)
@@ -184,6 +189,22 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
     sources = tuple(_with_distance(learned, sources_found))
     usual = () if directions else usual_directions(learned.word_numbers, sources)
     return ActionSources(action, sources, tuple(left_out), directions or usual, bool(usual))
+
+
+def _is_held(group: Sequence[str]) -> bool:
+    """Whether words name a posture that is measured while something else is done."""
+    return {*group} <= STANDING or is_posture_alone(group)
+
+
+def _held_by(group: Sequence[str]) -> str:
+    """The posture of :func:`_is_held`; who stands still and does something moves an arm.
+
+    >>> _held_by(("stand", "still")), _held_by(("sit",)), _held_by(("raise", "both", "arm"))
+    ('stand', 'sit', 'raise both')
+    """
+    if {*group} <= STANDING:
+        return "sit" if "sit" in group else "stand"
+    return posture_of(group)
 
 
 def _of_saying_joined(

@@ -107,9 +107,9 @@ _HANDS = ("", " left", " right", " both")
 EVERY_POSTURE = (
     *(f"{what}{side}" for what in ("raise", "overhead") for side in _HANDS),
     *(f"on {side} leg" for side in ("left", "right", "one")),
-    *("lie", "kneel", "still"),
+    *("lie", "kneel", "still", "stand", "sit"),
 )
-"""The postures of ``POSED`` with their sides."""
+"""The postures of ``POSED`` with their sides, and those in which something else is done."""
 HELD = frozenset(("handstand", "sit", *POSED))
 """Events that last for as long as a posture is held, or their first words."""
 RAISED, ABOVE_HEAD = -0.05, 0.1
@@ -296,7 +296,7 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
         return _ends(track, word)
     if word == "move":
         return [(a, b) for a, b in _runs(_moving(track)) if b - a >= SHORTEST_LEAN]
-    if word.split()[0] in ("sit", *POSED):
+    if word.split()[0] in ("stand", "sit", *POSED):
         return _postures(track, word)
     if word in ("turn", "spin"):
         return _turns(
@@ -340,8 +340,10 @@ def _postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:
         held = down & (track[:, 14] < MOST_LEAN) & (track[:, 0] > LOW["squat"])
     elif what == "still":
         held, shortest = standing(track) & ~_moving(track), SHORTEST_KNEELING
-    elif what == "sit":
-        held, shortest = sitting(track), SHORTEST_SEAT
+    elif what in ("stand", "sit"):
+        rests = np.hypot(track[:, 1], track[:, 2]) < RESTS
+        held = sitting(track) if what == "sit" else standing(track) & rests
+        shortest = SHORTEST_SEAT
     else:
         rests, shortest = np.hypot(track[:, 1], track[:, 2]) < RESTS, SHORTEST_SEAT
         level = (track[:, 14] > LYING) & (track[:, 14] < np.pi - LYING)

@@ -145,6 +145,7 @@ def test_words_that_no_other_capture_says_together_are_not_denied(
         ("walk, then raise the left hand", 1, "raise left"),
         ("stand still for 2 seconds, then walk", 0, "still"),
         ("jump with the hands above the head", 0, "overhead"),
+        ("wave while standing", 0, "stand"),
     ],
 )
 def test_postures_are_made_from_where_they_are_seen(
