@@ -1,7 +1,8 @@
 """The part of a library that covers all of it best: facility location with a cost a second.
 
-Notation: w_i the weight of window i, d_ij its distance to window j, r_i its distance to its K-th
-neighbour, c_J the seconds of interval J. A choice S of intervals leaves window i at
+Notation: w_i the weight of point i (a window, or its mirror image), d_ij its distance to window j,
+r_i about its distance to its K-th neighbour, c_J the seconds of interval J. A choice S of intervals
+leaves point i at
 
     d_i(S) = min(r_i, min over J in S and j in J of d_ij),
 
@@ -34,19 +35,31 @@ import numpy as np
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 NEIGHBOURS = 400
-"""Nearest windows that a window can be covered by. All distances of 10 hours would take 5 GB."""
+"""Nearest windows that a point can be covered by, about. All distances of 10 hours would take
+10 GB."""
 MIN_PERFORMERS = 5  # From which on motion is covered by that of others
+SHARED = 3  # Nearest intervals that the seconds of a window are given to
+_SAMPLED = 2000  # Windows by which it is told how far the neighbours of a point are
 _BLOCK = 256  # Windows at a time; bounds memory
 
 
 @dataclass(frozen=True, eq=False)
+class Points:
+    """Motion that is to be covered: windows, and their mirror images."""
+
+    vectors: Float32Array  # (points, axes)
+    weights: FloatArray  # (points,)
+    groups: IntArray | None = None  # (points,): who moves, if only others cover it
+
+
+@dataclass(frozen=True, eq=False)
 class Reach:
-    """What every interval covers: those windows that have one of its windows as a neighbour."""
+    """What every interval covers: those points that have one of its windows as a neighbour."""
 
     bounds: IntArray  # (intervals + 1,): interval n has the rows bounds[n] to bounds[n + 1]
-    windows: IntArray  # (rows,): windows that are covered, each once an interval
+    points: IntArray  # (rows,): points that are covered, each once an interval
     distances: Float32Array  # (rows,): how near the interval comes
-    far: Float32Array  # (windows,): r_i
+    far: Float32Array  # (points,): r_i
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +69,8 @@ class Chosen:
     intervals: IntArray  # Numbers, in the order in which they were taken
     nearest: IntArray  # (windows,): number of the nearest interval of the choice
     distances: FloatArray  # (windows,): distance to it
-    mean: float  # Weighted mean of these
+    stands: FloatArray  # (chosen,): windows that each stands for
+    mean: float  # Weighted mean of the distances of the points
     bound: float  # No choice of as many seconds has a smaller mean
 
 
@@ -69,55 +83,79 @@ def squared(a: Float32Array, b: Float32Array) -> Float32Array:
     return np.maximum(found, 0.0, out=found)
 
 
+def points_of(
+    vectors: Float32Array,
+    weights: FloatArray,
+    groups: IntArray | None = None,
+    mirrored: Float32Array | None = None,
+) -> Points:
+    """Windows as points; with their mirror images, each as half of what it was.
+
+    What one person did with the right hand, the next one does with the left.
+    """
+    if mirrored is None:
+        return Points(vectors, weights, groups)
+    twice = None if groups is None else np.tile(groups, 2)
+    return Points(np.concatenate([vectors, mirrored]), np.tile(weights / 2.0, 2), twice)
+
+
 def reach_of(
+    points: Points,
     vectors: Float32Array,
     owner: IntArray,
-    neighbours: int = NEIGHBOURS,
     groups: IntArray | None = None,
+    neighbours: int = NEIGHBOURS,
 ) -> Reach:
-    """What every interval covers; `vectors` (windows, axes), `owner` (windows,), its interval.
+    """What every interval covers.
 
-    `groups` (windows,): who moves; a window is then covered by windows of others alone.
+    Shapes: `vectors` (windows, axes), in the order of their intervals `owner` (windows,); `groups`
+    (windows,): who moves.
     """
-    n, k = len(vectors), min(neighbours, len(vectors))
-    near = np.empty((n, k), dtype=np.int32)
-    apart = np.empty((n, k), dtype=np.float32)
+    n, step = len(points.vectors), max(1, len(vectors) // _SAMPLED)
+    few = max(1, min(neighbours, len(vectors)) // step) - 1
+    first = np.flatnonzero(np.diff(owner, prepend=-1))
+    far = np.empty(n, dtype=np.float32)
+    found: list[tuple[IntArray, IntArray, Float32Array]] = []
     for low in range(0, n, _BLOCK):
-        block = squared(vectors[low : low + _BLOCK], vectors)
-        own = np.arange(len(block))
-        block[own, low + own] = 0.0  # not what rounding leaves
-        if groups is not None:
-            block[groups[low : low + len(block), None] == groups] = np.inf
-        found = np.argpartition(block, k - 1, axis=1)[:, :k]
-        near[low : low + _BLOCK] = found
-        apart[low : low + _BLOCK] = np.sqrt(np.take_along_axis(block, found, axis=1))
-    far = np.where(np.isfinite(apart), apart, 0.0).max(axis=1)
-    key = owner[near].ravel() * n + np.repeat(np.arange(n), k)
-    order = np.argsort(key, kind="stable")
-    key, values = key[order], apart.ravel()[order]
-    starts = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
-    distances = np.minimum.reduceat(values, starts)
-    interval, window = np.divmod(key[starts], n)
-    bounds = np.searchsorted(interval, np.arange(int(owner.max()) + 2))
-    return Reach(bounds, window, distances, far)
+        block = _apart(points, low, vectors, groups)
+        ends = np.partition(block[:, ::step], few, axis=1)[:, few]
+        whole = ~np.isfinite(ends)  # fewer windows of others than neighbours
+        ends[whole] = np.where(np.isfinite(block[whole]), block[whole], 0.0).max(axis=1, initial=0)
+        far[low : low + _BLOCK] = np.sqrt(ends)
+        nearest = np.minimum.reduceat(block, first, axis=1)
+        point, interval = np.nonzero(nearest <= ends[:, None])
+        apart = np.sqrt(nearest[point, interval])
+        found.append((owner[first][interval], point + low, apart))
+    interval, point, distances = (np.concatenate(each) for each in zip(*found))
+    order = np.argsort(interval, kind="stable")
+    bounds = np.searchsorted(interval[order], np.arange(int(owner.max()) + 2))
+    return Reach(bounds, point[order], distances[order], far)
+
+
+def _apart(
+    points: Points, low: int, vectors: Float32Array, groups: IntArray | None
+) -> Float32Array:
+    """Squared distances of a block of points to windows, infinite between those of a person."""
+    block = squared(points.vectors[low : low + _BLOCK], vectors)
+    if points.groups is not None:
+        block[points.groups[low : low + len(block), None] == groups] = np.inf
+    return block
 
 
 def choose(
+    points: Points,
     vectors: Float32Array,
     owner: IntArray,
     costs: FloatArray,
-    weights: FloatArray,
     budget: float,
-    reach: Reach | None = None,
     groups: IntArray | None = None,
+    reach: Reach | None = None,
 ) -> Chosen:
-    """The intervals that cover all windows best for at most so many seconds; at least one.
+    """The intervals that cover all points best for at most so many seconds; at least one.
 
-    Shapes: `vectors` (windows, axes); `owner`, `weights` (windows,); `costs` (intervals,), seconds.
-    `groups` (windows,): who moves, where windows are to be covered by others alone; then the mean
-    and the bound are of these distances.
+    Shapes: as those of :func:`reach_of`, and `costs` (intervals,), seconds.
     """
-    reach = reach or reach_of(vectors, owner, groups=groups)
+    reach, weights = reach or reach_of(points, vectors, owner, groups), points.weights
     left, taken, spent = reach.far.astype(np.float64), list[int](), 0.0
     gains = np.array([_gain(reach, n, left, weights) for n in range(len(costs))])
     heap = [(-float(g / c), n) for n, (g, c) in enumerate(zip(gains, costs))]
@@ -133,7 +171,7 @@ def choose(
             taken.append(n)
             spent += float(costs[n])
             rows = slice(reach.bounds[n], reach.bounds[n + 1])
-            at = reach.windows[rows]
+            at = reach.points[rows]
             left[at] = np.minimum(left[at], reach.distances[rows])
             if spent >= halves:  # the bound is tightest somewhere on the way
                 halves += budget / 8.0
@@ -143,22 +181,26 @@ def choose(
             heapq.heappush(heap, (-_gain(reach, n, left, weights) / float(costs[n]), n))
     bound = min(bound, _bound_of(reach, left, weights, costs, budget, start))
     chosen = np.array(taken, dtype=np.int64)
-    nearest, distances = nearest_of(vectors, owner, chosen)
+    nearest, distances, stands = nearest_of(vectors, owner, chosen)
     least = max(0.0, start - bound) / total
-    apart = distances if groups is None else _from_others(vectors, owner, chosen, groups, reach.far)
-    return Chosen(chosen, nearest, distances, float(weights @ apart) / total, least)
+    mean = float(weights @ _from_chosen(points, vectors, owner, chosen, groups, reach.far)) / total
+    return Chosen(chosen, nearest, distances, stands, mean, least)
 
 
-def _from_others(
-    vectors: Float32Array, owner: IntArray, chosen: IntArray, groups: IntArray, far: Float32Array
+def _from_chosen(
+    points: Points,
+    vectors: Float32Array,
+    owner: IntArray,
+    chosen: IntArray,
+    groups: IntArray | None,
+    far: Float32Array,
 ) -> FloatArray:
-    """Distances of windows to the nearest chosen one of another group; else `far`."""
+    """Distances of points to the nearest chosen window that may cover them; else `far`."""
     inside = np.flatnonzero(np.isin(owner, chosen))
-    out = np.empty(len(vectors))
-    for low in range(0, len(vectors), _BLOCK):
-        block = squared(vectors[low : low + _BLOCK], vectors[inside])
-        block[groups[low : low + len(block), None] == groups[inside]] = np.inf
-        out[low : low + _BLOCK] = np.sqrt(block.min(axis=1))
+    whose = None if groups is None else groups[inside]
+    blocks = range(0, len(far), _BLOCK)
+    near = [_apart(points, low, vectors[inside], whose).min(axis=1) for low in blocks]
+    out = np.sqrt(np.concatenate(near).astype(np.float64))
     return np.where(np.isfinite(out), out, far)
 
 
@@ -180,7 +222,7 @@ def who_covers(performers: Sequence[str]) -> IntArray | None:
 def _gain(reach: Reach, n: int, left: FloatArray, weights: FloatArray) -> float:
     """What an interval adds to F."""
     rows = slice(reach.bounds[n], reach.bounds[n + 1])
-    at = reach.windows[rows]
+    at = reach.points[rows]
     return float(weights[at] @ np.maximum(left[at] - reach.distances[rows], 0.0))
 
 
@@ -211,19 +253,29 @@ def _bound(gains: FloatArray, costs: FloatArray, budget: float, reached: float) 
 
 def nearest_of(
     vectors: Float32Array, owner: IntArray, chosen: IntArray
-) -> tuple[IntArray, FloatArray]:
-    """For every window the nearest interval of a choice, and its distance."""
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """For every window the nearest interval of a choice and its distance; what each stands for.
+
+    A window is shared by the ``SHARED`` nearest intervals: what each stands for (chosen,), in
+    windows, then varies less, and a predictor that is trained with it errs less.
+    """
     inside = np.flatnonzero(np.isin(owner, chosen))
+    first = np.flatnonzero(np.diff(owner[inside], prepend=-1))
+    numbers, few = owner[inside][first], min(SHARED, len(chosen))
     nearest = np.empty(len(vectors), dtype=np.int64)
     distances = np.empty(len(vectors))
+    stands = np.zeros(int(owner.max()) + 1)
     for low in range(0, len(vectors), _BLOCK):
         block = squared(vectors[low : low + _BLOCK], vectors[inside])
+        block = np.minimum.reduceat(block, first, axis=1)
         found = block.argmin(axis=1)
-        nearest[low : low + _BLOCK] = owner[inside[found]]
+        nearest[low : low + _BLOCK] = numbers[found]
         distances[low : low + _BLOCK] = np.sqrt(block[np.arange(len(block)), found])
+        shared = np.argpartition(block, few - 1, axis=1)[:, :few]
+        np.add.at(stands, numbers[shared].ravel(), 1.0 / few)
     own = np.isin(owner, chosen)
     nearest[own], distances[own] = owner[own], 0.0
-    return nearest, distances
+    return nearest, distances, stands[chosen]
 
 
 def between(vectors: Float32Array, owner: IntArray, chosen: IntArray) -> FloatArray:
