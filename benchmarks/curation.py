@@ -168,7 +168,7 @@ def choices(
         made.setdefault(rule, covering.reach_of(some, vectors, of, who))
 
     def stands(chosen: IntArray) -> FloatArray:
-        return covering.nearest_of(vectors, alone, chosen)[2]
+        return covering.nearest_of(vectors, alone, chosen)[2][chosen]
 
     out: dict[str, tuple[IntArray, FloatArray | None]] = {}
     for k in range(DRAWS):
@@ -194,11 +194,8 @@ def choices(
     out["facility, intervals, without mirror images"] = some, None
     found = covering.choose(points, vectors, owner, costs, budget, who, made["intervals"])
     some = np.flatnonzero(np.isin(owner, found.intervals))
-    weight = np.zeros(len(numbers))
-    weight[found.intervals] = found.stands
-    weight /= np.bincount(owner)
     out["facility, intervals (curate)"] = some, None
-    out["facility, intervals, weights (curate)"] = some, weight[owner[some]]
+    out["facility, intervals, weights (curate)"] = some, found.stands[some]
     return out
 
 
@@ -358,7 +355,9 @@ def page(
     """The page of docs/measured."""
     rules = [r for s, r in apart if s == SHARES[0] and not r.endswith("weights")]
     rules = [r for r in rules if not r.startswith("random seconds") and "weights" not in r]
-    base = {s: np.mean([apart[s, f"random seconds {k}"] for k in range(DRAWS)], axis=0) for s in SHARES}
+    base = {
+        s: np.mean([apart[s, f"random seconds {k}"] for k in range(DRAWS)], axis=0) for s in SHARES
+    }
     lots = {s: np.array(apart[s, "random intervals"]) for s in SHARES}
     rows = []
     for rule in rules:

@@ -38,7 +38,7 @@ NEIGHBOURS = 400
 """Nearest windows that a point can be covered by, about. All distances of 10 hours would take
 10 GB."""
 MIN_PERFORMERS = 5  # From which on motion is covered by that of others
-SHARED = 3  # Nearest intervals that the seconds of a window are given to
+SHARED = 10  # Nearest chosen windows that a window is given to
 _SAMPLED = 2000  # Windows by which it is told how far the neighbours of a point are
 _BLOCK = 256  # Windows at a time; bounds memory
 
@@ -69,7 +69,7 @@ class Chosen:
     intervals: IntArray  # Numbers, in the order in which they were taken
     nearest: IntArray  # (windows,): number of the nearest interval of the choice
     distances: FloatArray  # (windows,): distance to it
-    stands: FloatArray  # (chosen,): windows that each stands for
+    stands: FloatArray  # (windows,): how many windows each stands for; 0 where it is not chosen
     mean: float  # Weighted mean of the distances of the points
     bound: float  # No choice of as many seconds has a smaller mean
 
@@ -254,28 +254,26 @@ def _bound(gains: FloatArray, costs: FloatArray, budget: float, reached: float) 
 def nearest_of(
     vectors: Float32Array, owner: IntArray, chosen: IntArray
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """For every window the nearest interval of a choice and its distance; what each stands for.
+    """For every window the nearest interval of a choice, its distance, and what it stands for.
 
-    A window is shared by the ``SHARED`` nearest intervals: what each stands for (chosen,), in
-    windows, then varies less, and a predictor that is trained with it errs less.
+    A window is shared by the ``SHARED`` nearest chosen windows: what each stands for, in windows,
+    then varies less, and a predictor that is trained with it errs less.
     """
     inside = np.flatnonzero(np.isin(owner, chosen))
-    first = np.flatnonzero(np.diff(owner[inside], prepend=-1))
-    numbers, few = owner[inside][first], min(SHARED, len(chosen))
+    few = min(SHARED, len(inside))
     nearest = np.empty(len(vectors), dtype=np.int64)
     distances = np.empty(len(vectors))
-    stands = np.zeros(int(owner.max()) + 1)
+    stands = np.zeros(len(vectors))
     for low in range(0, len(vectors), _BLOCK):
         block = squared(vectors[low : low + _BLOCK], vectors[inside])
-        block = np.minimum.reduceat(block, first, axis=1)
         found = block.argmin(axis=1)
-        nearest[low : low + _BLOCK] = numbers[found]
+        nearest[low : low + _BLOCK] = owner[inside[found]]
         distances[low : low + _BLOCK] = np.sqrt(block[np.arange(len(block)), found])
         shared = np.argpartition(block, few - 1, axis=1)[:, :few]
-        np.add.at(stands, numbers[shared].ravel(), 1.0 / few)
+        stands[inside] += np.bincount(shared.ravel(), minlength=len(inside)) / few
     own = np.isin(owner, chosen)
     nearest[own], distances[own] = owner[own], 0.0
-    return nearest, distances, stands[chosen]
+    return nearest, distances, stands
 
 
 def between(vectors: Float32Array, owner: IntArray, chosen: IntArray) -> FloatArray:

@@ -321,10 +321,12 @@ class Gathered:
         points = covering.points_of(vectors, self._weights(which), groups, images)
         found = covering.choose(points, vectors, owner, costs, share * library, groups)
         apart = covering.between(vectors, owner, found.intervals)
-        stands = (found.stands * float(seconds.mean())).tolist()
+        stands = found.stands * seconds.mean()
         place = {int(n): k for k, n in enumerate(found.intervals)}
         told = [
-            self._tell(self.intervals[numbers[n]], before + k, name, stands[k], apart, k, before)
+            self._tell(
+                self.intervals[numbers[n]], before + k, name, stands[owner == n], apart, k, before
+            )
             for k, n in enumerate(found.intervals.tolist())
         ]
         told = _with_reasons(told)
@@ -352,7 +354,7 @@ class Gathered:
         each: pieces.Interval,
         number: int,
         split: str,
-        weight: float,
+        weights: FloatArray,
         apart: FloatArray,
         row: int,
         before: int,
@@ -367,7 +369,8 @@ class Gathered:
             round(each.start / FEATURE_FPS, 3),
             round(min(each.end / FEATURE_FPS, info.duration), 3),
             split,
-            round(weight, 2),
+            round(float(weights.sum()), 2),
+            tuple(weights.round(2).tolist()),
             "",
             None if like is None else before + like + 1,
             None if like is None else round(float(apart[row, like]), 4),

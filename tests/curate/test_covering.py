@@ -127,9 +127,12 @@ def test_motion_and_its_mirror_image_are_covered_by_that_of_others(seed: int) ->
         assert mean(other) >= found.bound - 1e-6
 
 
-def test_a_window_is_shared_by_the_three_nearest_intervals() -> None:
-    vectors = np.array([[0.0], [1.0], [3.0], [9.0], [9.5]], dtype=np.float32)
-    nearest, apart, stands = covering.nearest_of(vectors, np.arange(5), np.array([3, 0, 2, 1]))
-    assert nearest.tolist() == [0, 1, 2, 3, 3]
-    assert apart.tolist() == [0.0, 0.0, 0.0, 0.0, 0.5]
-    assert stands == pytest.approx([2 / 3, 1.0, 5 / 3, 5 / 3])
+def test_a_window_is_shared_by_the_nearest_chosen_windows() -> None:
+    vectors = np.arange(12.0, dtype=np.float32)[:, None]
+    nearest, apart, stands = covering.nearest_of(vectors, np.arange(12) // 2, np.array([4, 0]))
+    assert nearest.tolist() == [0] * 5 + [4] * 7
+    assert apart.tolist() == [0, 0, 1, 2, 3, 3, 2, 1, 0, 0, 1, 2]
+    assert stands.tolist() == [3, 3] + [0] * 6 + [3, 3] + [0] * 2  # four are fewer than ten
+    vectors[5] += 0.1  # all but the farthest of eleven: 5 are not given to 10, and 7 not to 0
+    stands = covering.nearest_of(vectors, np.arange(12), np.arange(11))[2]
+    assert stands == pytest.approx([0.5, *[1.2] * 9, 0.7, 0.0])
