@@ -34,7 +34,7 @@ import numpy as np
 
 from motiondb.records import Float32Array, FloatArray, IntArray
 
-NEIGHBOURS = 400
+NEIGHBOURS = 200
 """Nearest windows that a point can be covered by, about. All distances of 10 hours would take
 10 GB."""
 MIN_PERFORMERS = 5  # From which on motion is covered by that of others
@@ -125,7 +125,8 @@ def reach_of(
         nearest = np.minimum.reduceat(block, first, axis=1)
         point, interval = np.nonzero(nearest <= ends[:, None])
         apart = np.sqrt(nearest[point, interval])
-        found.append((owner[first][interval], point + low, apart))
+        numbers = owner[first][interval].astype(np.int32), (point + low).astype(np.int32)
+        found.append((*numbers, apart))
     interval, point, distances = (np.concatenate(each) for each in zip(*found))
     order = np.argsort(interval, kind="stable")
     bounds = np.searchsorted(interval[order], np.arange(int(owner.max()) + 2))
