@@ -148,7 +148,7 @@ def filled(order: IntArray, seconds: FloatArray, budget: float) -> list[int]:
 
 
 def choices(
-    data: Data, train: IntArray, share: float, seed: int, made: dict[str, covering.Reach]
+    data: Data, train: IntArray, share: float, seed: int
 ) -> dict[str, tuple[IntArray, FloatArray | None]]:
     """Rule -> places among ``train`` that are chosen, and seconds that each stands for."""
     rng = np.random.default_rng(seed)
@@ -158,14 +158,7 @@ def choices(
     costs, budget = data.costs[numbers], share * n
     alone, ones = np.arange(n), np.ones(n)
     who = covering.who_covers(data.performer[train].tolist())
-    points = covering.points_of(vectors, ones, who, data.images[train])
-    plain = covering.points_of(vectors, ones, who)
-    for rule, some, of in (
-        ("seconds", points, alone),
-        ("intervals", points, owner),
-        ("without", plain, owner),
-    ):
-        made.setdefault(rule, covering.reach_of(some, vectors, of, who))
+    images = data.images[train]
 
     def stands(chosen: IntArray) -> FloatArray:
         return covering.nearest_of(vectors, alone, chosen)[2][chosen]
@@ -183,16 +176,16 @@ def choices(
     out["farthest, poses"] = farthest(vectors.astype(float), count), None
     some = medoids(vectors, count, rng)
     out["k-medoids, poses"] = some, stands(some)
-    some = covering.choose(points, vectors, alone, ones, budget, who, made["seconds"]).intervals
+    some = covering.choose(vectors, alone, ones, ones, budget, who, images).intervals
     out["facility, seconds"] = some, None
     out["facility, seconds, weights"] = some, stands(some)
     lots = filled(rng.permutation(len(numbers)), costs, budget)
     some = np.flatnonzero(np.isin(owner, lots))
     out["random intervals"] = some, None
-    found = covering.choose(plain, vectors, owner, costs, budget, who, made["without"])
+    found = covering.choose(vectors, owner, costs, ones, budget, who)
     some = np.flatnonzero(np.isin(owner, found.intervals))
     out["facility, intervals, without mirror images"] = some, None
-    found = covering.choose(points, vectors, owner, costs, budget, who, made["intervals"])
+    found = covering.choose(vectors, owner, costs, ones, budget, who, images)
     some = np.flatnonzero(np.isin(owner, found.intervals))
     out["facility, intervals (curate)"] = some, None
     out["facility, intervals, weights (curate)"] = some, found.stands[some]
@@ -325,12 +318,11 @@ def main() -> None:
         test = np.flatnonzero(data.performer == who)
         train = np.flatnonzero(data.performer != who)
         every = pairs(data, train)[0]
-        made: dict[str, covering.Reach] = {}
         for kind in PREDICTORS:
             found = error_of(kind, data, train, None, test, every)
             errors.setdefault((1.0, "everything", kind), []).append(found)
         for share in SHARES:
-            rules = choices(data, train, share, seed, made)
+            rules = choices(data, train, share, seed)
             for rule, (chosen, weight) in rules.items():
                 near = covering.squared(data.vectors[test], data.vectors[train[chosen]])
                 mean = float(np.sqrt(near.min(axis=1)).mean())
@@ -416,6 +408,9 @@ Mean distance of the seconds of the performer that was left out to the nearest c
 that to random seconds of the same number (mean of {DRAWS}), mean over performers; for how many of
 them it is smaller. A choice of intervals is also compared with random intervals, since its seconds
 follow one another: no rule that chooses what can be trained on has the freedom of single seconds.
+That mirror images are covered, and that performers weigh the root of their seconds, was settled
+with these performers. Settled anew without the one who is left out, on halves of the others, it
+is 0.903 (3 %) and 0.930 (10 %) for seconds; mirror images were taken 27 times of 30.
 
 {table(heads, rows)}
 ## A predictor trained on the choice

@@ -27,10 +27,11 @@ outbreak detection in networks, 2007 (costs, and the bound).
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.records import Float32Array, FloatArray, IntArray
 
@@ -44,20 +45,11 @@ _BLOCK = 256  # Windows at a time; bounds memory
 
 
 @dataclass(frozen=True, eq=False)
-class Points:
-    """Motion that is to be covered: windows, and their mirror images."""
-
-    vectors: Float32Array  # (points, axes)
-    weights: FloatArray  # (points,)
-    groups: IntArray | None = None  # (points,): who moves, if only others cover it
-
-
-@dataclass(frozen=True, eq=False)
 class Reach:
     """What every interval covers: those points that have one of its windows as a neighbour."""
 
     bounds: IntArray  # (intervals + 1,): interval n has the rows bounds[n] to bounds[n + 1]
-    points: IntArray  # (rows,): points that are covered, each once an interval
+    points: NDArray[np.int32]  # (rows,): points that are covered, each once an interval
     distances: Float32Array  # (rows,): how near the interval comes
     far: Float32Array  # (points,): r_i
 
@@ -83,87 +75,83 @@ def squared(a: Float32Array, b: Float32Array) -> Float32Array:
     return np.maximum(found, 0.0, out=found)
 
 
-def points_of(
-    vectors: Float32Array,
-    weights: FloatArray,
-    groups: IntArray | None = None,
-    mirrored: Float32Array | None = None,
-) -> Points:
-    """Windows as points; with their mirror images, each as half of what it was.
-
-    What one person did with the right hand, the next one does with the left.
-    """
-    if mirrored is None:
-        return Points(vectors, weights, groups)
-    twice = None if groups is None else np.tile(groups, 2)
-    return Points(np.concatenate([vectors, mirrored]), np.tile(weights / 2.0, 2), twice)
-
-
 def reach_of(
-    points: Points,
+    points: Float32Array,
     vectors: Float32Array,
     owner: IntArray,
-    groups: IntArray | None = None,
-    neighbours: int = NEIGHBOURS,
+    groups: IntArray | None,
+    neighbours: int,
 ) -> Reach:
     """What every interval covers.
 
-    Shapes: `vectors` (windows, axes), in the order of their intervals `owner` (windows,); `groups`
-    (windows,): who moves.
+    Shapes: `points` (points, axes): windows, once or more often; `vectors` (windows, axes), in the
+    order of their intervals `owner` (windows,); `groups` (windows,): who moves.
     """
-    n, step = len(points.vectors), max(1, len(vectors) // _SAMPLED)
+    step = max(1, len(vectors) // _SAMPLED)
     few = max(1, min(neighbours, len(vectors)) // step) - 1
     first = np.flatnonzero(np.diff(owner, prepend=-1))
-    far = np.empty(n, dtype=np.float32)
-    found: list[tuple[IntArray, IntArray, Float32Array]] = []
-    for low in range(0, n, _BLOCK):
-        block = _apart(points, low, vectors, groups)
+    far = np.empty(len(points), dtype=np.float32)
+    found: list[tuple[NDArray[np.int32], NDArray[np.int32], Float32Array]] = []
+    for low, block in _apart(points, vectors, groups, np.arange(len(vectors))):
         ends = np.partition(block[:, ::step], few, axis=1)[:, few]
         whole = ~np.isfinite(ends)  # fewer windows of others than neighbours
         ends[whole] = np.where(np.isfinite(block[whole]), block[whole], 0.0).max(axis=1, initial=0)
         far[low : low + _BLOCK] = np.sqrt(ends)
         nearest = np.minimum.reduceat(block, first, axis=1)
         point, interval = np.nonzero(nearest <= ends[:, None])
-        apart = np.sqrt(nearest[point, interval])
         numbers = owner[first][interval].astype(np.int32), (point + low).astype(np.int32)
-        found.append((*numbers, apart))
-    interval, point, distances = (np.concatenate(each) for each in zip(*found))
-    order = np.argsort(interval, kind="stable")
-    bounds = np.searchsorted(interval[order], np.arange(int(owner.max()) + 2))
-    return Reach(bounds, point[order], distances[order], far)
+        found.append((*numbers, np.sqrt(nearest[point, interval])))
+    of, covered, distances = (np.concatenate(each) for each in zip(*found))
+    order = np.argsort(of, kind="stable")
+    bounds = np.searchsorted(of[order], np.arange(int(owner.max()) + 2))
+    return Reach(bounds, covered[order], distances[order], far)
 
 
 def _apart(
-    points: Points, low: int, vectors: Float32Array, groups: IntArray | None
-) -> Float32Array:
-    """Squared distances of a block of points to windows, infinite between those of a person."""
-    block = squared(points.vectors[low : low + _BLOCK], vectors)
-    if points.groups is not None:
-        block[points.groups[low : low + len(block), None] == groups] = np.inf
-    return block
+    points: Float32Array, vectors: Float32Array, groups: IntArray | None, inside: IntArray
+) -> Iterator[tuple[int, Float32Array]]:
+    """Squared distances of points to some windows, infinite between those of one person.
+
+    In blocks, with the number of the first point.
+    """
+    for low in range(0, len(points), _BLOCK):
+        block = squared(points[low : low + _BLOCK], vectors[inside])
+        if groups is not None:
+            whose = groups[np.arange(low, low + len(block)) % len(vectors)]
+            block[whose[:, None] == groups[inside]] = np.inf
+        yield low, block
 
 
 def choose(
-    points: Points,
     vectors: Float32Array,
     owner: IntArray,
     costs: FloatArray,
+    weights: FloatArray,
     budget: float,
     groups: IntArray | None = None,
-    reach: Reach | None = None,
+    images: Float32Array | None = None,
+    neighbours: int = NEIGHBOURS,
 ) -> Chosen:
     """The intervals that cover all points best for at most so many seconds; at least one.
 
-    Shapes: as those of :func:`reach_of`, and `costs` (intervals,), seconds.
+    Shapes: `vectors` (windows, axes), in the order of their intervals `owner`; `owner`, `weights`
+    (windows,); `costs` (intervals,), seconds. `groups` (windows,): who moves, where windows are to
+    be covered by others alone; each weighs the root of what they have. `images` (windows, axes):
+    the mirror images, which are points as well: what one person did with the right hand, the next
+    one does with the left.
     """
-    reach, weights = reach or reach_of(points, vectors, owner, groups), points.weights
+    points = vectors
+    if groups is not None:  # the next person is as likely to move like one as like another
+        weights = weights / np.sqrt(np.bincount(groups))[groups]
+    if images is not None:
+        points, weights = np.concatenate([vectors, images]), np.tile(weights / 2.0, 2)
+    reach = reach_of(points, vectors, owner, groups, neighbours)
     left, taken, spent = reach.far.astype(np.float64), list[int](), 0.0
     gains = np.array([_gain(reach, n, left, weights) for n in range(len(costs))])
     heap = [(-float(g / c), n) for n, (g, c) in enumerate(zip(gains, costs))]
     heapq.heapify(heap)
     computed = dict.fromkeys(range(len(costs)), 0)
-    bound = _bound(gains, costs, budget, 0.0)
-    start, total, halves = float(weights @ left), float(weights.sum()), budget / 2.0
+    least, halves = _bound(reach, left, weights, costs, budget), budget / 2.0
     while heap:
         _, n = heapq.heappop(heap)
         if taken and spent + costs[n] > budget:
@@ -176,33 +164,18 @@ def choose(
             left[at] = np.minimum(left[at], reach.distances[rows])
             if spent >= halves:  # the bound is tightest somewhere on the way
                 halves += budget / 8.0
-                bound = min(bound, _bound_of(reach, left, weights, costs, budget, start))
+                least = max(least, _bound(reach, left, weights, costs, budget))
         else:
             computed[n] = len(taken)
             heapq.heappush(heap, (-_gain(reach, n, left, weights) / float(costs[n]), n))
-    bound = min(bound, _bound_of(reach, left, weights, costs, budget, start))
+    least = max(least, _bound(reach, left, weights, costs, budget), 0.0)
     chosen = np.array(taken, dtype=np.int64)
     nearest, distances, stands = nearest_of(vectors, owner, chosen)
-    least = max(0.0, start - bound) / total
-    mean = float(weights @ _from_chosen(points, vectors, owner, chosen, groups, reach.far)) / total
-    return Chosen(chosen, nearest, distances, stands, mean, least)
-
-
-def _from_chosen(
-    points: Points,
-    vectors: Float32Array,
-    owner: IntArray,
-    chosen: IntArray,
-    groups: IntArray | None,
-    far: Float32Array,
-) -> FloatArray:
-    """Distances of points to the nearest chosen window that may cover them; else `far`."""
     inside = np.flatnonzero(np.isin(owner, chosen))
-    whose = None if groups is None else groups[inside]
-    blocks = range(0, len(far), _BLOCK)
-    near = [_apart(points, low, vectors[inside], whose).min(axis=1) for low in blocks]
-    out = np.sqrt(np.concatenate(near).astype(np.float64))
-    return np.where(np.isfinite(out), out, far)
+    near = [block.min(axis=1) for _, block in _apart(points, vectors, groups, inside)]
+    apart = np.sqrt(np.concatenate(near).astype(np.float64))
+    mean = float(np.average(np.where(np.isfinite(apart), apart, reach.far), weights=weights))
+    return Chosen(chosen, nearest, distances, stands, mean, least / float(weights.sum()))
 
 
 def who_covers(performers: Sequence[str]) -> IntArray | None:
@@ -227,29 +200,15 @@ def _gain(reach: Reach, n: int, left: FloatArray, weights: FloatArray) -> float:
     return float(weights[at] @ np.maximum(left[at] - reach.distances[rows], 0.0))
 
 
-def _bound_of(
-    reach: Reach,
-    left: FloatArray,
-    weights: FloatArray,
-    costs: FloatArray,
-    budget: float,
-    start: float,
+def _bound(
+    reach: Reach, left: FloatArray, weights: FloatArray, costs: FloatArray, budget: float
 ) -> float:
+    """Least sum of distances that any choice of so many seconds leaves (fractional knapsack)."""
     gains = np.array([_gain(reach, n, left, weights) for n in range(len(costs))])
-    return _bound(gains, costs, budget, start - float(weights @ left))
-
-
-def _bound(gains: FloatArray, costs: FloatArray, budget: float, reached: float) -> float:
-    """Largest F of any choice of at most so many seconds (fractional knapsack)."""
     order = np.argsort(-gains / costs, kind="stable")
-    spent = np.cumsum(costs[order])
-    whole = int(np.searchsorted(spent, budget, side="right"))
-    total = float(gains[order[:whole]].sum())
-    if whole < len(order):
-        before = float(spent[whole - 1]) if whole else 0.0
-        last = order[whole]
-        total += float(gains[last]) * (budget - before) / float(costs[last])
-    return reached + total
+    room = budget - np.cumsum(costs[order]) + costs[order]  # before each is taken
+    shares = np.clip(room / costs[order], 0.0, 1.0)
+    return float(weights @ left - gains[order] @ shares)
 
 
 def nearest_of(

@@ -318,8 +318,8 @@ class Gathered:
         library = sum(i.duration for c, i in self.infos.items() if self.performers[c] in mine)
         whose = [self.performers[self.intervals[n].capture] for n in numbers]
         groups = covering.who_covers([whose[n] for n in owner.tolist()])
-        points = covering.points_of(vectors, self._weights(which), groups, images)
-        found = covering.choose(points, vectors, owner, costs, share * library, groups)
+        weights, budget = self._weights(which), share * library
+        found = covering.choose(vectors, owner, costs, weights, budget, groups, images)
         apart = covering.between(vectors, owner, found.intervals)
         stands = found.stands * seconds.mean()
         place = {int(n): k for k, n in enumerate(found.intervals)}

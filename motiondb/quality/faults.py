@@ -137,32 +137,22 @@ def _span(m: Measured, a: int, b: int) -> tuple[float, float]:
     return a / m.fps, b / m.fps
 
 
-_SWAPPED: tuple[tuple[str, tuple[str, ...], tuple[str, ...]], ...] = (
-    *(
-        (f"left and right {part}", tuple(f"l_{j}" for j in of), tuple(f"r_{j}" for j in of))
-        for part, of in (
-            ("feet", ("ankle", "toe")),
-            ("hands", ("wrist",)),
-            ("knees", ("knee",)),
-            ("hips", ("hip",)),
-            ("shoulders", ("shoulder",)),
-            ("elbows", ("elbow",)),
-        )
-    ),
-    *(
-        (f"{_WORDS[s]} {a} and {b}", (f"{s}_{a}",), (f"{s}_{b}",))
-        for s in "lr"
-        for a, b in (("knee", "ankle"), ("ankle", "toe"), ("elbow", "wrist"))
-    ),
-)
+_SIDES = {"feet": ("ankle", "toe"), "hands": ("wrist",)}
+_SIDES |= {f"{joint}s": (joint,) for joint in ("knee", "hip", "shoulder", "elbow")}
+_SWAPPED: list[tuple[str, list[str], list[str]]] = [
+    *((f"left and right {part}", [f"l_{j}" for j in of], [f"r_{j}" for j in of])
+      for part, of in _SIDES.items()),
+    *((f"{_WORDS[s]} {a} and {b}", [f"{s}_{a}"], [f"{s}_{b}"]) for s in "lr"
+      for a, b in (("knee", "ankle"), ("ankle", "toe"), ("elbow", "wrist"))),
+]  # fmt: skip
 
 
 def _swaps(m: Measured) -> list[Finding]:
     """Frames from which on two parts have changed places."""
     out = []
     calm = (np.median(m.steps[1:], axis=1) < 0.04) & ~_near(m.missing)[1:]
-    for part, *names in _SWAPPED:
-        a, b = (m.points[:, [I[name] for name in some]] for some in names)
+    for part, ones, others in _SWAPPED:
+        a, b = (m.points[:, [I[name] for name in names]] for names in (ones, others))
         moves = [np.linalg.norm(np.diff(x, axis=0), axis=-1).mean(axis=1) for x in (a, b)]
         kept = moves[0] + moves[1]
         crossed = np.linalg.norm(a[1:] - b[:-1], axis=-1).mean(axis=1)
@@ -173,7 +163,7 @@ def _swaps(m: Measured) -> list[Finding]:
         for start, end in zip(at[::2], [*at[1::2], m.n]):
             words = f"{part} change places"
             size = float(kept[start - 1])
-            place = m.points[start, I[names[0][0]]]
+            place = m.points[start, I[ones[0]]]
             measured = (size, "m", SWAP * m.k)
             span = _span(m, int(start), int(end))
             out.append(said("swapped", words, span, measured, part, place))
@@ -261,11 +251,7 @@ def _noise(m: Measured) -> list[Finding]:
 def _rest_pose(m: Measured, jumps: list[Finding]) -> list[Finding]:
     """A T-pose or A-pose at the start, from before the take."""
     n = min(m.n, round(1.5 * m.fps))
-    arms, level, legs = (
-        np.ones(n, dtype=np.bool_),
-        np.ones(n, dtype=np.bool_),
-        np.ones(n, dtype=np.bool_),
-    )
+    arms, level, legs = np.ones((3, n), dtype=np.bool_)
     for s in "lr":
         upper, fore = (
             m.at(f"{s}_{b}")[:n] - m.at(f"{s}_{a}")[:n]

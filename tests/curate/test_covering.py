@@ -34,9 +34,7 @@ def mean_of(
 def test_no_choice_of_the_same_length_is_nearer_than_the_bound(seed: int, neighbours: int) -> None:
     vectors, owner, costs = some(seed)
     weights, budget = np.random.default_rng(seed).uniform(0.5, 2.0, len(owner)), 7.0
-    points = covering.points_of(vectors, weights)
-    reach = covering.reach_of(points, vectors, owner, None, neighbours)
-    found = covering.choose(points, vectors, owner, costs, budget, None, reach)
+    found = covering.choose(vectors, owner, costs, weights, budget, neighbours=neighbours)
     assert costs[found.intervals].sum() <= budget
     assert found.mean == pytest.approx(
         mean_of(vectors, owner, tuple(found.intervals.tolist()), weights), abs=1e-4
@@ -54,8 +52,7 @@ def test_no_choice_of_the_same_length_is_nearer_than_the_bound(seed: int, neighb
 @pytest.mark.parametrize("seed", range(4))
 def test_the_lazy_choice_is_that_of_computing_every_gain_anew(seed: int) -> None:
     vectors, owner, costs = some(seed)
-    points = covering.points_of(vectors, np.ones(len(owner)))
-    found = covering.choose(points, vectors, owner, costs, 9.0)
+    found = covering.choose(vectors, owner, costs, np.ones(len(owner)), 9.0)
     apart = np.linalg.norm(vectors[:, None].astype(float) - vectors[None], axis=2)
     near = np.stack([apart[:, owner == n].min(axis=1) for n in range(12)])
     left, taken, spent = apart.max(axis=1), list[int](), 0.0
@@ -72,12 +69,12 @@ def test_the_lazy_choice_is_that_of_computing_every_gain_anew(seed: int) -> None
 
 def test_all_is_chosen_where_there_is_room_and_one_where_there_is_none() -> None:
     vectors, owner, costs = some(0)
-    points = covering.points_of(vectors, np.ones(len(owner)))
-    every = covering.choose(points, vectors, owner, costs, 1e9)
+    ones = np.ones(len(owner))
+    every = covering.choose(vectors, owner, costs, ones, 1e9)
     assert sorted(every.intervals.tolist()) == list(range(12))
     assert max(every.mean, every.bound) < 1e-4  # of float32
     assert np.array_equal(every.nearest, owner)
-    assert len(covering.choose(points, vectors, owner, costs, 0.1).intervals) == 1
+    assert len(covering.choose(vectors, owner, costs, ones, 0.1).intervals) == 1
 
 
 def test_distances_between_intervals_are_those_of_their_seconds() -> None:
@@ -108,12 +105,12 @@ def test_motion_and_its_mirror_image_are_covered_by_that_of_others(seed: int) ->
     images = vectors * np.array([-1.0, 1.0, 1.0], dtype=np.float32)
     apart = np.linalg.norm(np.concatenate([vectors, images])[:, None] - vectors, axis=2)
     apart[np.tile(groups, 2)[:, None] == groups] = np.inf
-    points = covering.points_of(vectors, np.ones(60), groups, images)
-    found = covering.choose(points, vectors, owner, costs, 10.0, groups)
+    weights = np.tile(np.bincount(groups)[groups] ** -0.5, 2)
+    found = covering.choose(vectors, owner, costs, np.ones(60), 10.0, groups, images)
 
     def mean(intervals: list[int]) -> float:
         near = apart[:, np.isin(owner, intervals)].min(axis=1)
-        return float(np.where(np.isfinite(near), near, far).mean())
+        return float(np.average(np.where(np.isfinite(near), near, far), weights=weights))
 
     far = np.where(np.isfinite(apart), apart, 0.0).max(axis=1)
     taken: list[int] = []
