@@ -229,6 +229,38 @@ def slides(speed: float, seconds: float | None = None) -> Plant:
     return plant
 
 
+def foot_sinks(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """A foot is 6 cm lower for two seconds, with half of it the knee."""
+    at, side = _place(len(p), fps, 2.0, rng), rng.choice(["l", "r"])
+    for joint, share in (("ankle", 1.0), ("toe", 1.0), ("knee", 0.5)):
+        p[at, I[f"{side}_{joint}"], 1] -= 0.06 * share
+    return p, fps
+
+
+def hips_swapped(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """The hips change sides for 0.3 s."""
+    return _swap(p, _place(len(p), fps, 0.3, rng), ("hip",)), fps
+
+
+def exchanged(a: str, b: str) -> Plant:
+    """Two joints of one side change places for half a second."""
+
+    def plant(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+        at, side = _place(len(p), fps, 0.5, rng), rng.choice(["l", "r"])
+        pair = [I[f"{side}_{a}"], I[f"{side}_{b}"]]
+        p[at, pair[0]], p[at, pair[1]] = p[at, pair[1]].copy(), p[at, pair[0]].copy()
+        return p, fps
+
+    return plant
+
+
+def hand_stays(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """A wrist stays where it is for a second."""
+    at, wrist = _place(len(p), fps, 1.0, rng), I[f"{rng.choice(['l', 'r'])}_wrist"]
+    p[at, wrist] = p[at.start, wrist]
+    return p, fps
+
+
 def treadmill(p: FloatArray, fps: float, _rng: np.random.Generator) -> tuple[FloatArray, float]:
     """The mean way is taken away."""
     way = (p[-1, 0] - p[0, 0]) * np.array([1.0, 0.0, 1.0])
@@ -245,12 +277,18 @@ def rate(factor: float) -> Plant:
     return lambda p, fps, _rng: (p, fps * factor)
 
 
+AFLOAT = ("floats", "held", "stands on", "steps", "sits", "leans", "seam")
 FAULTS: dict[str, tuple[Plant, tuple[str, ...]]] = {
     "unit x2.54": (unit(2.54), ("unit",)),
     "unit x0.394": (unit(0.3937), ("unit",)),
     "unit x0.0254": (unit(0.0254), ("unit",)),
     "names swapped": (names_swapped, ("names",)),
     "feet swapped 0.5 s": (feet_swapped, ("swapped",)),
+    "hips swapped 0.3 s": (hips_swapped, ("swapped",)),
+    "knee and ankle exchanged 0.5 s": (exchanged("knee", "ankle"), ("swapped",)),
+    "ankle and toe exchanged 0.5 s": (exchanged("ankle", "toe"), ("swapped",)),
+    "hand stays 1 s": (hand_stays, ("frozen",)),
+    "foot sinks 6 cm, 2 s": (foot_sinks, ("sinks",)),
     "seam of 20 cm": (seam, ("seam",)),
     "frozen 0.3 s": (frozen, ("frozen",)),
     "noise 3 mm": (noise(0.003), ("noise",)),
@@ -262,10 +300,8 @@ FAULTS: dict[str, tuple[Plant, tuple[str, ...]]] = {
     "forearm turns, wrist 20 cm": (turn("wrist", "elbow", 0.2), ("jumps",)),
     "shin turns, ankle 20 cm": (turn("ankle", "knee", 0.2), ("jumps",)),
     "treadmill": (treadmill, ("treadmill",)),
-    "floats 10 cm, 1 s": (
-        lifted(0.1, 1.0),
-        ("floats", "held", "stands on", "steps", "sits", "leans", "seam"),
-    ),
+    "floats 10 cm, 1 s": (lifted(0.1, 1.0), AFLOAT),
+    "floats 8 cm, 1.5 s": (lifted(0.08, 1.5), AFLOAT),
     "floats 10 cm": (lifted(0.1, None), ("off the floor",)),
     "slides 0.2 m/s": (slides(0.2), ("slides",)),
     "slides 0.2 m/s for 2 s": (slides(0.2, 2.0), ("slides",)),

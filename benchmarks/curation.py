@@ -31,6 +31,7 @@ from motiondb.quality.assess import assess
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 SHARES = (0.03, 0.10)
+DRAWS = 10  # Of random seconds: one differs from another by 3 %
 AHEAD = 5  # Frames of features: 0.33 s
 POSE = 63
 OUT = Path(__file__).resolve().parents[1] / "docs" / "measured" / "curation.md"
@@ -56,17 +57,15 @@ class Data:
                 round(e.start * 15),
                 min(round(e.end * 15), len(features[infos[e.capture].capture_id])),
             )
-            for e in every.intervals
+            for e in sorted(every.intervals, key=lambda each: (each.capture, each.start))
         ]
         whose = {i.capture_id: i.tags.get("performer", i.name) for i in infos.values()}
         windows = pieces.windows_of(self.intervals)
         capture = np.array([each.capture for each in self.intervals])[windows.owner]
-        order = np.argsort(capture, kind="stable")
-        self.owner, self.first = windows.owner[order], windows.first[order]
-        self.capture = capture[order]
-        numbers = np.unique(self.capture).tolist()
-        poses = [pieces.poses(features[n], self.first[self.capture == n]) for n in numbers]
-        self.vectors = pieces.vectors(np.concatenate(poses))
+        self.owner, self.first, self.capture = windows.owner, windows.first, capture
+        numbers = dict.fromkeys(capture.tolist())
+        poses = [pieces.poses(features[n], self.first[capture == n]) for n in numbers]
+        self.vectors, self.images = pieces.vectors(np.concatenate(poses))
         self.frames = np.stack(
             [
                 features[n][np.minimum(a + np.arange(pieces.WINDOW), len(features[n]) - 1)]
@@ -149,7 +148,7 @@ def filled(order: IntArray, seconds: FloatArray, budget: float) -> list[int]:
 
 
 def choices(
-    data: Data, train: IntArray, share: float, seed: int, made: dict[str, covering.Reach]
+    data: Data, train: IntArray, share: float, seed: int
 ) -> dict[str, tuple[IntArray, FloatArray | None]]:
     """Rule -> places among ``train`` that are chosen, and seconds that each stands for."""
     rng = np.random.default_rng(seed)
@@ -157,18 +156,15 @@ def choices(
     count = max(2, round(share * n))
     numbers, owner = np.unique(data.owner[train], return_inverse=True)
     costs, budget = data.costs[numbers], share * n
-    alone = np.arange(n)
+    alone, ones = np.arange(n), np.ones(n)
     who = covering.who_covers(data.performer[train].tolist())
-    made.setdefault("seconds", covering.reach_of(vectors, alone, groups=who))
-    made.setdefault("intervals", covering.reach_of(vectors, owner, groups=who))
-    ones = np.ones(n)
+    images = data.images[train]
 
     def stands(chosen: IntArray) -> FloatArray:
-        near = covering.nearest_of(vectors, alone, chosen)[0]
-        return np.bincount(near, minlength=n)[chosen].astype(float)
+        return covering.nearest_of(vectors, alone, chosen)[2][chosen]
 
     out: dict[str, tuple[IntArray, FloatArray | None]] = {}
-    for k in range(3):
+    for k in range(DRAWS):
         some = rng.choice(n, count, replace=False)
         out[f"random seconds {k}"] = some, None
     out["random seconds, weights"] = out["random seconds 0"][0], stands(out["random seconds 0"][0])
@@ -180,17 +176,19 @@ def choices(
     out["farthest, poses"] = farthest(vectors.astype(float), count), None
     some = medoids(vectors, count, rng)
     out["k-medoids, poses"] = some, stands(some)
-    found = covering.choose(vectors, alone, ones, ones, budget, made["seconds"], who)
-    out["facility, seconds"] = found.intervals, None
-    out["facility, seconds, weights"] = found.intervals, stands(found.intervals)
+    some = covering.choose(vectors, alone, ones, ones, budget, who, images).intervals
+    out["facility, seconds"] = some, None
+    out["facility, seconds, weights"] = some, stands(some)
     lots = filled(rng.permutation(len(numbers)), costs, budget)
     some = np.flatnonzero(np.isin(owner, lots))
     out["random intervals"] = some, None
-    found = covering.choose(vectors, owner, costs, ones, budget, made["intervals"], who)
+    found = covering.choose(vectors, owner, costs, ones, budget, who)
     some = np.flatnonzero(np.isin(owner, found.intervals))
-    weight = np.bincount(found.nearest, minlength=len(numbers)) / np.bincount(owner)
+    out["facility, intervals, without mirror images"] = some, None
+    found = covering.choose(vectors, owner, costs, ones, budget, who, images)
+    some = np.flatnonzero(np.isin(owner, found.intervals))
     out["facility, intervals (curate)"] = some, None
-    out["facility, intervals, weights (curate)"] = some, weight[owner[some]]
+    out["facility, intervals, weights (curate)"] = some, found.stands[some]
     return out
 
 
@@ -320,12 +318,11 @@ def main() -> None:
         test = np.flatnonzero(data.performer == who)
         train = np.flatnonzero(data.performer != who)
         every = pairs(data, train)[0]
-        made: dict[str, covering.Reach] = {}
         for kind in PREDICTORS:
             found = error_of(kind, data, train, None, test, every)
             errors.setdefault((1.0, "everything", kind), []).append(found)
         for share in SHARES:
-            rules = choices(data, train, share, seed, made)
+            rules = choices(data, train, share, seed)
             for rule, (chosen, weight) in rules.items():
                 near = covering.squared(data.vectors[test], data.vectors[train[chosen]])
                 mean = float(np.sqrt(near.min(axis=1)).mean())
@@ -350,7 +347,9 @@ def page(
     """The page of docs/measured."""
     rules = [r for s, r in apart if s == SHARES[0] and not r.endswith("weights")]
     rules = [r for r in rules if not r.startswith("random seconds") and "weights" not in r]
-    base = {s: np.mean([apart[s, f"random seconds {k}"] for k in range(3)], axis=0) for s in SHARES}
+    base = {
+        s: np.mean([apart[s, f"random seconds {k}"] for k in range(DRAWS)], axis=0) for s in SHARES
+    }
     lots = {s: np.array(apart[s, "random intervals"]) for s in SHARES}
     rows = []
     for rule in rules:
@@ -406,9 +405,13 @@ of 10 s or more, each left out in turn. Reading and cutting took {cost:.1f} s of
 ## Distance from held-out motion
 
 Mean distance of the seconds of the performer that was left out to the nearest chosen second, by
-that to random seconds of the same number (mean of three), mean over performers; for how many of
+that to random seconds of the same number (mean of {DRAWS}), mean over performers; for how many of
 them it is smaller. A choice of intervals is also compared with random intervals, since its seconds
 follow one another: no rule that chooses what can be trained on has the freedom of single seconds.
+That mirror images are covered, and that performers weigh the root of their seconds, was settled
+with these performers. Settled anew without the one who is left out, on halves of the others, it
+is 0.903 (3 %) and 0.930 (10 %) for seconds, 0.916 and 0.942 for intervals; of 60 times, mirror
+images were taken 47 times, and some weight of performers 45 times.
 
 {table(heads, rows)}
 ## A predictor trained on the choice

@@ -140,10 +140,13 @@ def coverage(
             f"{len(alone)} symbols in {len(symbols) - len(alone)} contexts (--json lists them); "
             f"{sum(c.performers == 1 for c in alone)} of one performer"
         )
-    for cell in answer.cells:
-        if cell.shot:
-            printing.say(cell.shot)
-            printing.say(*(f"    nearest: {_moment(each)}" for each in cell.nearest))
+    lacking = [cell for cell in answer.cells if cell.shot]
+    n = _N_SHOWN + sum(cell.table != "symbols" for cell in lacking)
+    for cell in lacking[:n]:
+        printing.say(cell.shot)
+        printing.say(*(f"    nearest: {_moment(each)}" for each in cell.nearest))
+    if len(lacking) > n:
+        printing.say(f"... {len(lacking) - n} more: --json")
     printing.say(
         f"{printing.number(answer.captures, 'capture')}, {answer.seconds:.1f} s, of which "
         f"{answer.not_upright:.1f} s are not upright; {len(answer.shots)} things to record"

@@ -18,6 +18,7 @@ class ChosenInterval:
     end: float
     split: str  # "train", "test", or "all"
     weight: float  # Seconds of the library that it stands for, its own among them
+    weights: tuple[float, ...]  # The same for each of its seconds, spread evenly over it
     reason: str  # What it adds that the others do not have
     nearest: int | None  # Number of the chosen interval of the split that is most like it
     distance: float | None  # Mean distance of its seconds to that one

@@ -1,7 +1,8 @@
 """The part of a library that covers all of it best: facility location with a cost a second.
 
-Notation: w_i the weight of window i, d_ij its distance to window j, r_i its distance to its K-th
-neighbour, c_J the seconds of interval J. A choice S of intervals leaves window i at
+Notation: w_i the weight of point i (a window, or its mirror image), d_ij its distance to window j,
+r_i about its distance to its K-th neighbour, c_J the seconds of interval J. A choice S of intervals
+leaves point i at
 
     d_i(S) = min(r_i, min over J in S and j in J of d_ij),
 
@@ -26,27 +27,31 @@ outbreak detection in networks, 2007 (costs, and the bound).
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.records import Float32Array, FloatArray, IntArray
 
-NEIGHBOURS = 400
-"""Nearest windows that a window can be covered by. All distances of 10 hours would take 5 GB."""
+NEIGHBOURS = 200
+"""Nearest windows that a point can be covered by, about. All distances of 10 hours would take
+10 GB."""
 MIN_PERFORMERS = 5  # From which on motion is covered by that of others
+SHARED = 10  # Nearest chosen windows that a window is given to
+_SAMPLED = 2000  # Windows by which it is told how far the neighbours of a point are
 _BLOCK = 256  # Windows at a time; bounds memory
 
 
 @dataclass(frozen=True, eq=False)
 class Reach:
-    """What every interval covers: those windows that have one of its windows as a neighbour."""
+    """What every interval covers: those points that have one of its windows as a neighbour."""
 
     bounds: IntArray  # (intervals + 1,): interval n has the rows bounds[n] to bounds[n + 1]
-    windows: IntArray  # (rows,): windows that are covered, each once an interval
+    points: NDArray[np.int32]  # (rows,): points that are covered, each once an interval
     distances: Float32Array  # (rows,): how near the interval comes
-    far: Float32Array  # (windows,): r_i
+    far: Float32Array  # (points,): r_i
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +61,8 @@ class Chosen:
     intervals: IntArray  # Numbers, in the order in which they were taken
     nearest: IntArray  # (windows,): number of the nearest interval of the choice
     distances: FloatArray  # (windows,): distance to it
-    mean: float  # Weighted mean of these
+    stands: FloatArray  # (windows,): how many windows each stands for; 0 where it is not chosen
+    mean: float  # Weighted mean of the distances of the points
     bound: float  # No choice of as many seconds has a smaller mean
 
 
@@ -70,36 +76,50 @@ def squared(a: Float32Array, b: Float32Array) -> Float32Array:
 
 
 def reach_of(
+    points: Float32Array,
     vectors: Float32Array,
     owner: IntArray,
-    neighbours: int = NEIGHBOURS,
-    groups: IntArray | None = None,
+    groups: IntArray | None,
+    neighbours: int,
 ) -> Reach:
-    """What every interval covers; `vectors` (windows, axes), `owner` (windows,), its interval.
+    """What every interval covers.
 
-    `groups` (windows,): who moves; a window is then covered by windows of others alone.
+    Shapes: `points` (points, axes): windows, once or more often; `vectors` (windows, axes), in the
+    order of their intervals `owner` (windows,); `groups` (windows,): who moves.
     """
-    n, k = len(vectors), min(neighbours, len(vectors))
-    near = np.empty((n, k), dtype=np.int32)
-    apart = np.empty((n, k), dtype=np.float32)
-    for low in range(0, n, _BLOCK):
-        block = squared(vectors[low : low + _BLOCK], vectors)
-        own = np.arange(len(block))
-        block[own, low + own] = 0.0  # not what rounding leaves
+    step = max(1, len(vectors) // _SAMPLED)
+    few = max(1, min(neighbours, len(vectors)) // step) - 1
+    first = np.flatnonzero(np.diff(owner, prepend=-1))
+    far = np.empty(len(points), dtype=np.float32)
+    found: list[tuple[NDArray[np.int32], NDArray[np.int32], Float32Array]] = []
+    for low, block in _apart(points, vectors, groups, np.arange(len(vectors))):
+        ends = np.partition(block[:, ::step], few, axis=1)[:, few]
+        whole = ~np.isfinite(ends)  # fewer windows of others than neighbours
+        ends[whole] = np.where(np.isfinite(block[whole]), block[whole], 0.0).max(axis=1, initial=0)
+        far[low : low + _BLOCK] = np.sqrt(ends)
+        nearest = np.minimum.reduceat(block, first, axis=1)
+        point, interval = np.nonzero(nearest <= ends[:, None])
+        numbers = owner[first][interval].astype(np.int32), (point + low).astype(np.int32)
+        found.append((*numbers, np.sqrt(nearest[point, interval])))
+    of, covered, distances = (np.concatenate(each) for each in zip(*found))
+    order = np.argsort(of, kind="stable")
+    bounds = np.searchsorted(of[order], np.arange(int(owner.max()) + 2))
+    return Reach(bounds, covered[order], distances[order], far)
+
+
+def _apart(
+    points: Float32Array, vectors: Float32Array, groups: IntArray | None, inside: IntArray
+) -> Iterator[tuple[int, Float32Array]]:
+    """Squared distances of points to some windows, infinite between those of one person.
+
+    In blocks, with the number of the first point.
+    """
+    for low in range(0, len(points), _BLOCK):
+        block = squared(points[low : low + _BLOCK], vectors[inside])
         if groups is not None:
-            block[groups[low : low + len(block), None] == groups] = np.inf
-        found = np.argpartition(block, k - 1, axis=1)[:, :k]
-        near[low : low + _BLOCK] = found
-        apart[low : low + _BLOCK] = np.sqrt(np.take_along_axis(block, found, axis=1))
-    far = np.where(np.isfinite(apart), apart, 0.0).max(axis=1)
-    key = owner[near].ravel() * n + np.repeat(np.arange(n), k)
-    order = np.argsort(key, kind="stable")
-    key, values = key[order], apart.ravel()[order]
-    starts = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
-    distances = np.minimum.reduceat(values, starts)
-    interval, window = np.divmod(key[starts], n)
-    bounds = np.searchsorted(interval, np.arange(int(owner.max()) + 2))
-    return Reach(bounds, window, distances, far)
+            whose = groups[np.arange(low, low + len(block)) % len(vectors)]
+            block[whose[:, None] == groups[inside]] = np.inf
+        yield low, block
 
 
 def choose(
@@ -108,23 +128,30 @@ def choose(
     costs: FloatArray,
     weights: FloatArray,
     budget: float,
-    reach: Reach | None = None,
     groups: IntArray | None = None,
+    images: Float32Array | None = None,
+    neighbours: int = NEIGHBOURS,
 ) -> Chosen:
-    """The intervals that cover all windows best for at most so many seconds; at least one.
+    """The intervals that cover all points best for at most so many seconds; at least one.
 
-    Shapes: `vectors` (windows, axes); `owner`, `weights` (windows,); `costs` (intervals,), seconds.
-    `groups` (windows,): who moves, where windows are to be covered by others alone; then the mean
-    and the bound are of these distances.
+    Shapes: `vectors` (windows, axes), in the order of their intervals `owner`; `owner`, `weights`
+    (windows,); `costs` (intervals,), seconds. `groups` (windows,): who moves, where windows are to
+    be covered by others alone; each weighs the root of what they have. `images` (windows, axes):
+    the mirror images, which are points as well: what one person did with the right hand, the next
+    one does with the left.
     """
-    reach = reach or reach_of(vectors, owner, groups=groups)
+    points = vectors
+    if groups is not None:  # the next person is as likely to move like one as like another
+        weights = weights / np.sqrt(np.bincount(groups))[groups]
+    if images is not None:
+        points, weights = np.concatenate([vectors, images]), np.tile(weights / 2.0, 2)
+    reach = reach_of(points, vectors, owner, groups, neighbours)
     left, taken, spent = reach.far.astype(np.float64), list[int](), 0.0
     gains = np.array([_gain(reach, n, left, weights) for n in range(len(costs))])
     heap = [(-float(g / c), n) for n, (g, c) in enumerate(zip(gains, costs))]
     heapq.heapify(heap)
     computed = dict.fromkeys(range(len(costs)), 0)
-    bound = _bound(gains, costs, budget, 0.0)
-    start, total, halves = float(weights @ left), float(weights.sum()), budget / 2.0
+    least, halves = _bound(reach, left, weights, costs, budget), budget / 2.0
     while heap:
         _, n = heapq.heappop(heap)
         if taken and spent + costs[n] > budget:
@@ -133,33 +160,22 @@ def choose(
             taken.append(n)
             spent += float(costs[n])
             rows = slice(reach.bounds[n], reach.bounds[n + 1])
-            at = reach.windows[rows]
+            at = reach.points[rows]
             left[at] = np.minimum(left[at], reach.distances[rows])
             if spent >= halves:  # the bound is tightest somewhere on the way
                 halves += budget / 8.0
-                bound = min(bound, _bound_of(reach, left, weights, costs, budget, start))
+                least = max(least, _bound(reach, left, weights, costs, budget))
         else:
             computed[n] = len(taken)
             heapq.heappush(heap, (-_gain(reach, n, left, weights) / float(costs[n]), n))
-    bound = min(bound, _bound_of(reach, left, weights, costs, budget, start))
+    least = max(least, _bound(reach, left, weights, costs, budget), 0.0)
     chosen = np.array(taken, dtype=np.int64)
-    nearest, distances = nearest_of(vectors, owner, chosen)
-    least = max(0.0, start - bound) / total
-    apart = distances if groups is None else _from_others(vectors, owner, chosen, groups, reach.far)
-    return Chosen(chosen, nearest, distances, float(weights @ apart) / total, least)
-
-
-def _from_others(
-    vectors: Float32Array, owner: IntArray, chosen: IntArray, groups: IntArray, far: Float32Array
-) -> FloatArray:
-    """Distances of windows to the nearest chosen one of another group; else `far`."""
+    nearest, distances, stands = nearest_of(vectors, owner, chosen)
     inside = np.flatnonzero(np.isin(owner, chosen))
-    out = np.empty(len(vectors))
-    for low in range(0, len(vectors), _BLOCK):
-        block = squared(vectors[low : low + _BLOCK], vectors[inside])
-        block[groups[low : low + len(block), None] == groups[inside]] = np.inf
-        out[low : low + _BLOCK] = np.sqrt(block.min(axis=1))
-    return np.where(np.isfinite(out), out, far)
+    near = [block.min(axis=1) for _, block in _apart(points, vectors, groups, inside)]
+    apart = np.sqrt(np.concatenate(near).astype(np.float64))
+    mean = float(np.average(np.where(np.isfinite(apart), apart, reach.far), weights=weights))
+    return Chosen(chosen, nearest, distances, stands, mean, least / float(weights.sum()))
 
 
 def who_covers(performers: Sequence[str]) -> IntArray | None:
@@ -180,50 +196,44 @@ def who_covers(performers: Sequence[str]) -> IntArray | None:
 def _gain(reach: Reach, n: int, left: FloatArray, weights: FloatArray) -> float:
     """What an interval adds to F."""
     rows = slice(reach.bounds[n], reach.bounds[n + 1])
-    at = reach.windows[rows]
+    at = reach.points[rows]
     return float(weights[at] @ np.maximum(left[at] - reach.distances[rows], 0.0))
 
 
-def _bound_of(
-    reach: Reach,
-    left: FloatArray,
-    weights: FloatArray,
-    costs: FloatArray,
-    budget: float,
-    start: float,
+def _bound(
+    reach: Reach, left: FloatArray, weights: FloatArray, costs: FloatArray, budget: float
 ) -> float:
+    """Least sum of distances that any choice of so many seconds leaves (fractional knapsack)."""
     gains = np.array([_gain(reach, n, left, weights) for n in range(len(costs))])
-    return _bound(gains, costs, budget, start - float(weights @ left))
-
-
-def _bound(gains: FloatArray, costs: FloatArray, budget: float, reached: float) -> float:
-    """Largest F of any choice of at most so many seconds (fractional knapsack)."""
     order = np.argsort(-gains / costs, kind="stable")
-    spent = np.cumsum(costs[order])
-    whole = int(np.searchsorted(spent, budget, side="right"))
-    total = float(gains[order[:whole]].sum())
-    if whole < len(order):
-        before = float(spent[whole - 1]) if whole else 0.0
-        last = order[whole]
-        total += float(gains[last]) * (budget - before) / float(costs[last])
-    return reached + total
+    room = budget - np.cumsum(costs[order]) + costs[order]  # before each is taken
+    shares = np.clip(room / costs[order], 0.0, 1.0)
+    return float(weights @ left - gains[order] @ shares)
 
 
 def nearest_of(
     vectors: Float32Array, owner: IntArray, chosen: IntArray
-) -> tuple[IntArray, FloatArray]:
-    """For every window the nearest interval of a choice, and its distance."""
+) -> tuple[IntArray, FloatArray, FloatArray]:
+    """For every window the nearest interval of a choice, its distance, and what it stands for.
+
+    A window is shared by the ``SHARED`` nearest chosen windows: what each stands for, in windows,
+    then varies less, and a predictor that is trained with it errs less.
+    """
     inside = np.flatnonzero(np.isin(owner, chosen))
+    few = min(SHARED, len(inside))
     nearest = np.empty(len(vectors), dtype=np.int64)
     distances = np.empty(len(vectors))
+    stands = np.zeros(len(vectors))
     for low in range(0, len(vectors), _BLOCK):
         block = squared(vectors[low : low + _BLOCK], vectors[inside])
         found = block.argmin(axis=1)
         nearest[low : low + _BLOCK] = owner[inside[found]]
         distances[low : low + _BLOCK] = np.sqrt(block[np.arange(len(block)), found])
+        shared = np.argpartition(block, few - 1, axis=1)[:, :few]
+        stands[inside] += np.bincount(shared.ravel(), minlength=len(inside)) / few
     own = np.isin(owner, chosen)
     nearest[own], distances[own] = owner[own], 0.0
-    return nearest, distances
+    return nearest, distances, stands
 
 
 def between(vectors: Float32Array, owner: IntArray, chosen: IntArray) -> FloatArray:

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from motiondb.body import body
 from motiondb.body.features import FEATURE_FPS, N_FEATURES
 from motiondb.quality.assess import KEPT_WITH
 from motiondb.records import NEEDS, BoolArray, Float32Array, FloatArray, IntArray, Quality
@@ -108,8 +109,8 @@ def poses(features: Float32Array, first: IntArray) -> Float32Array:
     return features[frames].reshape(len(first), len(POSES) * N_FEATURES)
 
 
-def vectors(every: Float32Array) -> Float32Array:
-    """Vectors of windows on their main axes: array (windows, axes), float32.
+def vectors(every: Float32Array) -> tuple[Float32Array, Float32Array]:
+    """Vectors of windows on their main axes, and of their mirror images: arrays (windows, axes).
 
     `every` (windows, values): those of :func:`poses`, which are centred in place.
     """
@@ -119,8 +120,21 @@ def vectors(every: Float32Array) -> Float32Array:
     for low in range(0, len(every), _BLOCK):
         block = every[low : low + _BLOCK].astype(np.float64)
         moment += block.T @ block
-    axes = np.linalg.eigh(moment)[1][:, ::-1][:, :N_AXES]
-    return (every @ axes.astype(np.float32)) / np.float32(np.sqrt(len(POSES) * _POSE))
+    axes = np.linalg.eigh(moment)[1][:, ::-1][:, :N_AXES].T
+    other = mirrored(axes.reshape(-1, N_FEATURES)).reshape(axes.shape)
+    scale = 1.0 / np.sqrt(len(POSES) * _POSE)
+    found, image = (every @ (scale * each).astype(np.float32).T for each in (axes, other))
+    return found, image + (scale * (other - axes) @ mean).astype(np.float32)
+
+
+def mirrored(features: FloatArray) -> FloatArray:
+    """Features (frames, 130) of the mirror image; of an axis, the axis on which images lie so."""
+    out = features.copy()
+    for part in (slice(0, _POSE), slice(_POSE, 2 * _POSE)):
+        joints = features[:, part].reshape(len(features), -1, 3)[:, body.MIRROR]
+        out[:, part] = (joints * (-1.0, 1.0, 1.0)).reshape(len(features), -1)
+    out[:, [-4, -1]] *= -1.0  # to the side, and turning
+    return out
 
 
 def rests(features: Float32Array) -> list[int]:

@@ -73,7 +73,9 @@ def coverage(
         if not counted:
             raise QueryError("coverage: expected captures, found none. Add some, or take others.")
         made = _Coverage(session, counted, progress or (lambda _what, _done, _total: None))
-        cells = [*made.going(), *made.changes(), *made.symbols(), *made.words(words)]
+        cells = [*made.going(), *made.changes(), *made.words(words), *made.symbols()]
+    if len({made.performers[number] for number in made.infos}) == 1:  # no cell can have two
+        cells = [replace(c, shot="") if c.amount >= _LEAST_SECONDS else c for c in cells]
     seconds = sum(info.duration for info in counted)
     notes = [f"{len(repeats)} captures repeat others and are counted once"] if repeats else []
     notes += [f"{name}: its motion cannot be read" for name in made.unread]
@@ -210,11 +212,14 @@ class _Coverage:
             contexts = {c: each for (s, c), each in held.items() if s == symbol}
             who = set(chain.from_iterable(each.performers or () for each in contexts.values()))
             total = _Held(sum(each.amount for each in contexts.values()), who)
-            near = () if contexts else self._like_symbol(symbol)
+            near = self._like_symbol(symbol) if len(who) < _LEAST_PERFORMERS else ()
             name = f"symbol {symbol}"
             likely = np.argsort(-translation[symbol + 1], kind="stable")[:2]
             said = ", ".join(as_said(known[word]) for word in likely)
             whole = f"{name} ({said})" if said else name
+            if contexts and near:  # its own segments are the nearest
+                at, near = near[0], ()
+                whole += f", as in {at.capture} {at.start:.1f} to {at.end:.1f} s"
             out.append(_cell("symbols", name, "all", total, "s", whole, near))
             out += [
                 replace(_cell("symbols", name, c, each, "s", name, ()), shot="")

@@ -192,12 +192,10 @@ class Gathered:
         self.windows = pieces.windows_of(self.intervals)
 
     def _cut(self, number: int, features: pieces.Float32Array) -> None:
-        why, borders = self.reasons[number], list[int]()
+        why, borders = self.reasons[number], pieces.rests(features)
         if self.learned is not None and number in self.learned.rows:
             starts = self.learned.segments.starts[self.learned.rows[number]]
-            borders = (starts // FEATURE_STEP).tolist()
-        else:
-            borders = pieces.rests(features)
+            borders = sorted({*borders, *(starts // FEATURE_STEP).tolist()})
         kept = np.array([not reason for reason in why], dtype=bool)
         asked = self.asked
         found, short = pieces.cut(number, borders, kept, asked.shortest, asked.longest)
@@ -207,8 +205,8 @@ class Gathered:
             why[frame] = f"short: less than {asked.shortest:g} s between what is left out"
 
     @cached_property
-    def vectors(self) -> pieces.Float32Array:
-        """Vectors of all windows."""
+    def vectors(self) -> tuple[pieces.Float32Array, pieces.Float32Array]:
+        """Vectors of all windows, and of their mirror images."""
         return pieces.vectors(np.concatenate(self._poses))
 
     def words(self, each: pieces.Interval) -> tuple[str, ...]:
@@ -314,24 +312,20 @@ class Gathered:
         which = np.flatnonzero(np.isin(self.windows.owner, numbers))
         owner = np.searchsorted(numbers, self.windows.owner[which])
         costs = np.array([self.intervals[n].seconds for n in numbers])
-        vectors, seconds = self.vectors[which], self.windows.seconds[which]
+        vectors, images = (each[which] for each in self.vectors)
+        seconds = self.windows.seconds[which]
         mine = {self.performers[self.intervals[n].capture] for n in numbers}
         library = sum(i.duration for c, i in self.infos.items() if self.performers[c] in mine)
         whose = [self.performers[self.intervals[n].capture] for n in numbers]
-        found = covering.choose(
-            vectors,
-            owner,
-            costs,
-            self._weights(which),
-            share * library,
-            groups=covering.who_covers([whose[n] for n in owner.tolist()]),
-        )
-        stands = np.bincount(found.nearest, seconds, len(numbers))
+        groups = covering.who_covers([whose[n] for n in owner.tolist()])
+        weights, budget = self._weights(which), share * library
+        found = covering.choose(vectors, owner, costs, weights, budget, groups, images)
         apart = covering.between(vectors, owner, found.intervals)
+        stands = found.stands * seconds.mean()
         place = {int(n): k for k, n in enumerate(found.intervals)}
         told = [
             self._tell(
-                self.intervals[numbers[n]], before + k, name, float(stands[n]), apart, k, before
+                self.intervals[numbers[n]], before + k, name, stands[owner == n], apart, k, before
             )
             for k, n in enumerate(found.intervals.tolist())
         ]
@@ -360,7 +354,7 @@ class Gathered:
         each: pieces.Interval,
         number: int,
         split: str,
-        weight: float,
+        weights: FloatArray,
         apart: FloatArray,
         row: int,
         before: int,
@@ -375,7 +369,8 @@ class Gathered:
             round(each.start / FEATURE_FPS, 3),
             round(min(each.end / FEATURE_FPS, info.duration), 3),
             split,
-            round(weight, 2),
+            round(float(weights.sum()), 2),
+            tuple(weights.round(2).tolist()),
             "",
             None if like is None else before + like + 1,
             None if like is None else round(float(apart[row, like]), 4),

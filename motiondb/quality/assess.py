@@ -10,21 +10,21 @@ from motiondb.quality.rates import LEAST_FLIGHTS, falls, flights, rate_finding, 
 from motiondb.quality.supports import supports
 from motiondb.records import Finding, FloatArray, Quality
 
-KEPT = 0.88
+KEPT = 0.87
 KEPT_WITH = {
     "falls": 0.28,
-    "floats": 0.16,
-    "frozen": 0.08,
+    "floats": 0.10,
+    "frozen": 0.05,
     "gap": 0.50,
     "jumps": 0.38,
-    "names": 0.03,
+    "names": 0.04,
     "noise": 0.02,
     "rate": 0.13,
-    "rest pose": 0.16,
-    "seam": 0.12,
-    "sinks": 0.57,
-    "slides": 0.02,
-    "swapped": 0.12,
+    "rest pose": 0.19,
+    "seam": 0.14,
+    "sinks": 0.45,
+    "slides": 0.03,
+    "swapped": 0.04,
     "through": 0.50,
     "unit": 0.01,
 }

@@ -23,9 +23,11 @@ BACK = 0.14
 SPIKE, SPIKE_FPS = 0.05, 25.0  # at fewer frames a second an arm is off in one by itself
 SWAP, SWAP_SHARE = 0.20, 0.4
 FROZEN, FROZEN_SECONDS = 2e-6, 0.1
+HELD_SECONDS, HELD_WAY = 0.2, 0.03
+_HELD = ("l_wrist", "r_wrist", "l_elbow", "r_elbow", "l_knee", "r_knee", "head")
 NOISE = 0.0045
 POSE_SECONDS = 0.15
-SINKS, SINKS_SECONDS = 0.06, 0.15
+SINKS = ((0.06, 0.15), (0.04, 0.5))  # Metres, and for how many seconds
 SLIDES, TREADMILL = 0.13, 0.25
 SLIDE_SECONDS = 1.5
 FLOATS = 0.055
@@ -41,8 +43,9 @@ _WORDS = {"l": "left", "r": "right"}
 
 def faults(m: Measured) -> list[Finding]:
     """Everything that is not as a body moves, by its beginning."""
-    jumps = _jumps(m)
-    found = jumps + _swaps(m) + _names(m) + _frozen(m) + _noise(m) + _rest_pose(m, jumps)
+    swaps = _swaps(m)
+    jumps = [each for each in _jumps(m) if not any(_explains(swap, each) for swap in swaps)]
+    found = jumps + swaps + _names(m) + _frozen(m) + _noise(m) + _rest_pose(m, jumps)
     found += _sinks(m) + _slides(m) + _gaps(m) + _through(m) + _off_floor(m)
     return sorted(found, key=lambda each: each.start)
 
@@ -134,24 +137,44 @@ def _span(m: Measured, a: int, b: int) -> tuple[float, float]:
     return a / m.fps, b / m.fps
 
 
+_SIDES = {"feet": ("ankle", "toe"), "hands": ("wrist",)}
+_SIDES |= {f"{joint}s": (joint,) for joint in ("knee", "hip", "shoulder", "elbow")}
+_SWAPPED: list[tuple[str, list[str], list[str]]] = [
+    *((f"left and right {part}", [f"l_{j}" for j in of], [f"r_{j}" for j in of])
+      for part, of in _SIDES.items()),
+    *((f"{_WORDS[s]} {a} and {b}", [f"{s}_{a}"], [f"{s}_{b}"]) for s in "lr"
+      for a, b in (("knee", "ankle"), ("ankle", "toe"), ("elbow", "wrist"))),
+]  # fmt: skip
+
+
 def _swaps(m: Measured) -> list[Finding]:
-    """Frames from which on left and right have changed places."""
+    """Frames from which on two parts have changed places."""
     out = []
-    for part, joints in (("feet", ("ankle", "toe")), ("hands", ("wrist",)), ("knees", ("knee",))):
-        left, right = (m.points[:, [I[f"{s}_{j}"] for j in joints]] for s in "lr")
-        moves = [np.linalg.norm(np.diff(x, axis=0), axis=-1).mean(axis=1) for x in (left, right)]
+    calm = (np.median(m.steps[1:], axis=1) < 0.04) & ~_near(m.missing)[1:]
+    for part, ones, others in _SWAPPED:
+        a, b = (m.points[:, [I[name] for name in names]] for names in (ones, others))
+        moves = [np.linalg.norm(np.diff(x, axis=0), axis=-1).mean(axis=1) for x in (a, b)]
         kept = moves[0] + moves[1]
-        crossed = np.linalg.norm(left[1:] - right[:-1], axis=-1).mean(axis=1)
-        crossed = crossed + np.linalg.norm(right[1:] - left[:-1], axis=-1).mean(axis=1)
-        bad = (kept > SWAP * m.k) & (crossed < SWAP_SHARE * kept)
+        crossed = np.linalg.norm(a[1:] - b[:-1], axis=-1).mean(axis=1)
+        crossed = crossed + np.linalg.norm(b[1:] - a[:-1], axis=-1).mean(axis=1)
+        bad = calm & (kept > SWAP * m.k) & (crossed < SWAP_SHARE * kept)
         bad &= np.minimum(*moves) > 0.6 * np.maximum(*moves)
-        bad &= np.median(m.steps[1:], axis=1) < 0.04
-        at = np.flatnonzero(bad & ~_near(m.missing)[1:]) + 1
-        for a, b in zip(at[::2], [*at[1::2], m.n]):
-            words = f"left and right {part} change places"
-            size = float(kept[a - 1])
-            out.append(said("swapped", words, _span(m, int(a), int(b)), (size, "m", SWAP), part))
+        at = np.flatnonzero(bad) + 1
+        for start, end in zip(at[::2], [*at[1::2], m.n]):
+            words = f"{part} change places"
+            size = float(kept[start - 1])
+            place = m.points[start, I[ones[0]]]
+            measured = (size, "m", SWAP * m.k)
+            span = _span(m, int(start), int(end))
+            out.append(said("swapped", words, span, measured, part, place))
     return out
+
+
+def _explains(swap: Finding, jump: Finding) -> bool:
+    """Whether a joint jumps because it, or one beside it, has changed places."""
+    inside = swap.start - 0.1 < jump.start < swap.end + 0.1
+    ends = min(abs(jump.start - swap.start), abs(jump.start - swap.end)) < 0.1
+    return jump.kind == "jumps" and inside and (ends or swap.end - swap.start < 1.0)
 
 
 def _names(m: Measured) -> list[Finding]:
@@ -183,6 +206,20 @@ def _frozen(m: Measured) -> list[Finding]:
         length = (b + 1 - a) / m.fps
         words = f"nothing moves for {length:.1f} s"
         out.append(said("frozen", words, _span(m, a, b + 1), (length, "s", FROZEN_SECONDS)))
+    for name in _HELD:
+        number, parent = I[name], body.PARENTS[I[name]]
+        step, moves = (
+            np.linalg.norm(np.diff(m.points[:, j], axis=0), axis=1) for j in (number, parent)
+        )
+        for a, b in long_runs((step < FROZEN) & ~still, HELD_SECONDS * m.fps):
+            if moves[a:b].sum() > HELD_WAY * m.k:
+                length = (b + 1 - a) / m.fps
+                words = (
+                    f"the {_joint(name)} stays where it is for {length:.1f} s while the rest moves"
+                )
+                measured = (length, "s", HELD_SECONDS)
+                span = _span(m, a, b + 1)
+                out.append(said("frozen", words, span, measured, name, m.points[a, number]))
     return out
 
 
@@ -214,11 +251,7 @@ def _noise(m: Measured) -> list[Finding]:
 def _rest_pose(m: Measured, jumps: list[Finding]) -> list[Finding]:
     """A T-pose or A-pose at the start, from before the take."""
     n = min(m.n, round(1.5 * m.fps))
-    arms, level, legs = (
-        np.ones(n, dtype=np.bool_),
-        np.ones(n, dtype=np.bool_),
-        np.ones(n, dtype=np.bool_),
-    )
+    arms, level, legs = np.ones((3, n), dtype=np.bool_)
     for s in "lr":
         upper, fore = (
             m.at(f"{s}_{b}")[:n] - m.at(f"{s}_{a}")[:n]
@@ -252,11 +285,14 @@ def _sinks(m: Measured) -> list[Finding]:
     """Feet below the floor."""
     deep = -m.h[:, [P[f"{s}_{name}"] for s in "lr" for name in ("toe", "ankle")]].min(axis=1)
     out = []
-    for a, b in joined(long_runs(deep > SINKS * m.k, SINKS_SECONDS * m.fps), 0.5 * m.fps):
+    spans = [s for y, seconds in SINKS for s in long_runs(deep > y * m.k, seconds * m.fps)]
+    for a, b in joined(spans, 0.5 * m.fps):
         depth = float(np.percentile(deep[a:b], 80))
         words = f"sinks {100 * depth:.0f} cm into the floor"
         place = m.points[a:b, 0].mean(axis=0)
-        out.append(said("sinks", words, _span(m, a, b), (depth, "m", SINKS * m.k), "feet", place))
+        out.append(
+            said("sinks", words, _span(m, a, b), (depth, "m", SINKS[-1][0] * m.k), "feet", place)
+        )
     return out
 
 

@@ -155,8 +155,14 @@ class Measured:
 
     @cached_property
     def low(self) -> FloatArray:
-        """Height of the lowest part over the floor (frames,), m."""
-        return self.h.min(axis=1)
+        """Height of the lowest part over the floor (frames,), m.
+
+        Tips of feet are estimated: where they lie below the floor while feet rest on it, it is
+        taken from where they usually lie.
+        """
+        low, soles = self.h.min(axis=1), np.abs(self.h[:, SOLES]) < _REST_HIGH * self.k
+        down = low[(soles & self.rests[:, SOLES]).any(axis=1)]
+        return low - min(0.0, float(np.median(down))) if len(down) else low
 
     @cached_property
     def com(self) -> FloatArray:

@@ -49,7 +49,7 @@ def test_distances_of_windows_are_those_of_their_poses() -> None:
     rng = np.random.default_rng(0)
     parts = [rng.normal(size=(40, 130)).astype(np.float32) for _ in range(2)]
     firsts = [np.array([0, 20]), np.array([5])]
-    found = pieces.vectors(np.concatenate(list(map(pieces.poses, parts, firsts))))
+    found, images = pieces.vectors(np.concatenate(list(map(pieces.poses, parts, firsts))))
     whole = [p[f : f + 15][list(pieces.POSES)].ravel() for p, s in zip(parts, firsts) for f in s]
     for a in range(3):
         for b in range(3):
@@ -57,6 +57,12 @@ def test_distances_of_windows_are_those_of_their_poses() -> None:
             assert np.linalg.norm(found[a] - found[b]) == pytest.approx(
                 expected, rel=1e-3, abs=1e-6
             )
+    other = pieces.poses(pieces.mirrored(parts[0]), firsts[0])
+    again = pieces.vectors(np.concatenate([other, pieces.poses(parts[0], firsts[0])]))
+    for a in (0, 1):  # four points lie on three axes: what is kept of an image is its own
+        assert np.linalg.norm(again[0][a] - again[1][a + 2]) < 1e-5
+        assert np.linalg.norm(again[1][a] - again[0][a + 2]) < 1e-5
+    assert images.shape == found.shape
 
 
 def test_seconds_are_left_out_with_their_reason() -> None:

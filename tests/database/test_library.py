@@ -229,6 +229,16 @@ def test_coverage_of_symbols_and_words(learned_file: Path, tmp_path: Path) -> No
     assert all(c.nearest and c.shot.endswith("(none)") for c in lacking)
 
 
+def test_one_performer_is_no_reason_to_record_where_there_is_only_one(learned_file: Path) -> None:
+    with motiondb.open(learned_file, read_only=True) as db:
+        both, one = db.coverage(), db.coverage("performer=ana")
+    assert any("one performer" in shot for shot in both.shots)
+    for shot in both.shots:
+        assert ", as in " in shot or not shot.startswith("To record: symbol") or "none" in shot
+    assert one.shots
+    assert all(cell.amount < 1.0 for cell in one.cells if cell.shot)
+
+
 def write_other(clip: Clip, path: Path, step: int = 1) -> None:
     from dataclasses import replace
 

@@ -141,6 +141,55 @@ def test_what_floats_for_a_second_is_no_step() -> None:
     assert found.measure == pytest.approx(0.1, abs=0.02)
 
 
+@pytest.mark.parametrize(
+    ("parts", "said"),
+    [
+        (("l_hip", "r_hip"), "left and right hips"),
+        (("r_knee", "r_ankle"), "right knee and ankle"),
+        (("l_elbow", "l_wrist"), "left elbow and wrist"),
+    ],
+)
+def test_parts_that_change_places_are_named_and_do_not_jump(
+    parts: tuple[str, str], said: str
+) -> None:
+    p = standing(4.0, 30.0)
+    a, b = (I[part] for part in parts)
+    p[45:60, [a, b]] = p[45:60, [b, a]]
+    assert kinds(assess(p, 30.0)) == {"swapped"}
+    found = only(assess(p, 30.0), "swapped")
+    assert found.sentence == f"{said} change places, 1.5 to 2.0 s"
+
+
+def test_a_hand_that_stays_while_the_arm_moves_is_frozen() -> None:
+    p = standing(4.0)
+    p[..., 0] += 0.3 * np.arange(len(p))[:, None] / FPS
+    p[:, [I["l_toe"], I["l_ankle"]]] = p[0, [I["l_toe"], I["l_ankle"]]]  # a foot may stay
+    p[60:120, I["r_wrist"]] = p[60, I["r_wrist"]]
+    (found,) = [f for f in assess(p, FPS).findings if f.kind == "frozen"]
+    assert found.part == "r_wrist"
+    assert found.sentence == (
+        "the right wrist stays where it is for 1.0 s while the rest moves, 1.0 to 2.0 s"
+    )
+
+
+def test_a_body_floats_although_the_tips_of_its_feet_lie_below_the_floor() -> None:
+    p = standing(6.0)
+    p[:, [I["l_toe"], I["r_toe"]], 1] = 0.05
+    p[:, [I["l_ankle"], I["r_ankle"]], 1] = 0.12
+    p[120:210, :, 1] += 0.08
+    found = only(assess(p, FPS), "floats")
+    assert (found.start, found.end) == pytest.approx((2.0, 3.5), abs=0.1)
+
+
+def test_a_foot_that_sinks_5_cm_is_told_if_it_stays_there() -> None:
+    p, foot = standing(4.0), [I["l_ankle"], I["l_toe"]]
+    p[60:180, foot, 1] -= 0.05 * np.clip(np.arange(120) / 6.0, 0.0, 1.0)[:, None]
+    p[60:180, foot, 2] += 0.4 * np.arange(120)[:, None] / FPS  # no rest, which would be a floor
+    found = only(assess(p, FPS), "sinks")
+    assert (found.start, found.end) == pytest.approx((1.1, 3.0), abs=0.1)
+    assert found.measure == pytest.approx(0.05, abs=0.01)
+
+
 @pytest.mark.parametrize("speed", [0.25, 0.5, 2.0])
 def test_jumps_tell_the_speed_at_which_they_play(speed: float) -> None:
     p = jumping(6, 120.0)
