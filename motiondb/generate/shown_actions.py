@@ -52,6 +52,7 @@ from motiondb.meaning.direction import (
     POSTURES,
     REACHED,
     TURNS,
+    VERTICAL,
     directions_of,
     gone,
     is_as_in_search,
@@ -67,7 +68,7 @@ from motiondb.meaning.motion_judge import (
     pool_windows,
     said_words,
 )
-from motiondb.meaning.occurrences import measured_track, posture_of
+from motiondb.meaning.occurrences import event_of, find_occurrences, measured_track, posture_of
 from motiondb.records import Float32Array, FloatArray, Motion
 from motiondb.search.measured_answers import excluded_words
 
@@ -158,7 +159,7 @@ def judge_motion(
     bent = np.zeros(len(path), dtype=bool) if bent is None else bent
     tracks = [_tracks(path, one, bent) for one in asked]
     amounts = [
-        {d: max(gone(track, d) for track in each) for d in one.directions}
+        {d: max(_gone(track, d, one.action.words) for track in each) for d in one.directions}
         for one, each in zip(asked, tracks)
     ]
     measured = [[d for d, amount in each.items() if amount >= FULLY] for each in amounts]
@@ -194,6 +195,17 @@ def judge_motion(
             answer = replace(answer, shown=None, probability=None, reason=why)
         judged.append(_less_than_asked(answer, one))
     return tuple(judged)
+
+
+def _gone(track: FloatArray, measured: str, words: Sequence[str]) -> float:
+    """How much a motion does of what is measured of an action.
+
+    Who sits down on a high stool hardly goes down: that thighs become level counts as well.
+    """
+    amount = gone(track, measured)
+    event = event_of((*words, measured)) if measured in VERTICAL else ""
+    is_done = event in ("seat", "rise") and bool(find_occurrences(track, event))
+    return max(amount, 1.0) if is_done else amount
 
 
 def _tracks(path: FloatArray, asked: Asked, bent: NDArray[np.bool_]) -> list[FloatArray]:
