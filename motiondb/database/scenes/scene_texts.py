@@ -129,7 +129,7 @@ def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
     A grammar beside the file is preferred to a shipped one.
     """
     text, where = text_of(str(diagram), TACTICS)
-    file = grammar_file(grammar_name(text, where), str(diagram))
+    file = grammar_file(grammar_name(text), str(diagram))
     grammar_text, grammar_where = text_of(file, GRAMMAR)
     grammar = read_motion_grammar(grammar_text, grammar_where)
     read = read_diagram(text, where, grammar.activity)
@@ -203,7 +203,7 @@ def read_board(text: str) -> Board:
         )
     grammar, unknown = None, ""
     try:
-        name = grammar_name(text, WHERE)
+        name = grammar_name(text)
         try:
             grammar = shipped_grammar(name)
         except SceneError as error:
