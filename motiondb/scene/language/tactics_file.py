@@ -31,7 +31,7 @@ from collections.abc import Collection
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
-from motiondb.errors import SceneError, suggestion
+from motiondb.errors import Fault, SceneError, suggestion
 from motiondb.scene.language.activity import Activity, Ground, Step
 from motiondb.scene.language.possession import check_diagram
 from motiondb.scene.language.semantic_rules import Spot
@@ -149,9 +149,8 @@ def parse_diagram(text: str, where: str = "diagram", activity: Activity | None =
     diagram = reading.diagram
     if not diagram.players:
         team = diagram.activity.teams[0]
-        raise SceneError(
-            f"{where}: expected at least one player, found none. Write '{team} A1 at 0 8'."
-        )
+        advice = f"Write '{team} A1 at 0 8'."
+        raise SceneError(Fault("at least one player", "none", advice, code="nobody"), where=where)
     elements = tuple(_aimed(element, diagram) for element in diagram.elements)
     return replace(diagram, name=diagram.name or where, elements=elements)
 

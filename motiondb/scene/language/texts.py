@@ -15,7 +15,7 @@ from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
-from motiondb.errors import SceneError, suggestion
+from motiondb.errors import Fault, SceneError, suggestion
 from motiondb.scene.language.semantic_rules import Spot
 
 if TYPE_CHECKING:
@@ -183,8 +183,8 @@ class Reading:
     def fail(self, token: Token, expected: str, advice: str, found: str = "") -> NoReturn:
         """Refuse a token, or what was ``found`` at its place."""
         found = found or ("the end of the line" if token == _END else repr(token.strip('"')))
-        place = f"{self.where}:{token.line}:{token.column}"
-        raise SceneError(f"{place}: expected {expected}, found {found}. {advice}")
+        fault = Fault(expected, found, advice, token.line or 0, token.column or 0)
+        raise SceneError(fault, where=self.where)
 
     def once(self, token: Token, key: str, what: str) -> None:
         """Refuse a token if an earlier line stated the same thing."""
