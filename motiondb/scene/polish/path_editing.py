@@ -38,7 +38,6 @@ from motiondb.scene.language.semantic_rules import nearest_on_line
 from motiondb.scene.timing.timeline import (
     Timeline,
     contact_frames,
-    frame_values,
     moment_frames,
     target_places,
     wanted_headings,
@@ -288,7 +287,7 @@ def _correct(
         other = target_places(row, timeline, frames, "other")
         nearest = nearest_on_line(path[:, :2], target, other)
     away, apart = _apart(path[:, :2], nearest)
-    bad = frame_values(row, timeline, frames) > float(row["weight"]) * BEYOND
+    bad = apart > float(row["weight"]) * BEYOND
     by = away * (float(row["weight"]) * WITHIN - apart)[:, None]
     places[player].move(frames[bad], by[bad])
 
