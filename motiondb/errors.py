@@ -7,7 +7,8 @@ prints.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 
 _LONG_WORD = re.compile(r"(\S{200})\S{800,}")
@@ -89,8 +90,43 @@ class ClusterError(MotionDBError):
     """A cluster that cannot be reached or used, or that went away."""
 
 
+@dataclass(frozen=True)
+class Fault:
+    """What is wrong at a place of a text, from which a program may make its own sentence."""
+
+    expected: str
+    found: str
+    advice: str
+    line: int = 0  # From 1; 0 if it is about the whole text
+    column: int = 0  # From 1; 0 for the whole line
+    subject: str = ""  # The statement that it is about, as it is told
+    code: str = ""  # The kind of fault, where programs tell it in another way than by its sentence
+    fields: Mapping[str, str] = field(default_factory=dict)  # What the kind is about
+
+    def __str__(self) -> str:
+        """Return the sentence, without the place."""
+        about = f"'{self.subject}': " if self.subject else ""
+        return f"{about}expected {self.expected}, found {self.found}. {self.advice}"
+
+
 class SceneError(MotionDBError):
-    """A motion grammar, a tactics diagram or a scene that cannot be used."""
+    """A motion grammar, a tactics diagram or a scene that cannot be used.
+
+    Parameters
+    ----------
+    *told : str or Fault
+        The message, or the faults of a text; all are reported at once.
+    where : str
+        Name of the text.
+    """
+
+    def __init__(self, *told: str | Fault, where: str = "") -> None:
+        self.faults = tuple(one for one in told if isinstance(one, Fault))
+        lines = []
+        for one in told:
+            parts = (where, one.line, one.column) if isinstance(one, Fault) else (where,)
+            lines.append(": ".join(filter(None, (":".join(str(p) for p in parts if p), str(one)))))
+        super().__init__("\n".join(lines))
 
 
 def suggestion(name: str, known: Iterable[str]) -> str:

@@ -184,13 +184,12 @@ def choose_clips(
     `continuing`: Cost of a true successor in J; it is left out of the cost that is returned.
     """
     picks = stitching.choose(candidates, continuing=continuing)
-    chosen = [_only(c, pick) for c, pick in zip(candidates, picks)]
+    chosen = [
+        stitching.Candidates(*(values[pick : pick + 1] for values in vars(c).values()))
+        for c, pick in zip(candidates, picks)
+    ]
     cost = sum(float(stitching.join_costs(a, b)[0, 0]) for a, b in pairwise(chosen))
     return Choice(tuple(int(n[pick]) for n, pick in zip(numbers, picks)), cost)
-
-
-def _only(candidates: stitching.Candidates, pick: int) -> stitching.Candidates:
-    return stitching.Candidates(*(values[pick : pick + 1] for values in vars(candidates).values()))
 
 
 def synthesise(

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from importlib import resources
 from pathlib import Path
 
-from motiondb.errors import SceneError, suggestion
+from motiondb.errors import Fault, SceneError, suggestion
 from motiondb.files.safe_files import is_file, read_bounded_text
 from motiondb.scene.language.expressions import expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
@@ -129,7 +128,7 @@ def read_scene_text(diagram: str | os.PathLike[str]) -> SceneText:
     A grammar beside the file is preferred to a shipped one.
     """
     text, where = text_of(str(diagram), TACTICS)
-    file = grammar_file(grammar_name(text, where), str(diagram))
+    file = grammar_file(grammar_name(text), str(diagram))
     grammar_text, grammar_where = text_of(file, GRAMMAR)
     grammar = read_motion_grammar(grammar_text, grammar_where)
     read = read_diagram(text, where, grammar.activity)
@@ -157,7 +156,6 @@ def stored_text(diagram: str, grammar: str, name: str) -> SceneText:
 # Facts of a tactics diagram before a scene is made: faults, first holder, strings, clips.
 
 WHERE = "board"  # Name of the diagram in messages
-_LINE = re.compile(rf"{WHERE}:(\d+)(?::\d+)?: ?")
 LONGEST_TEXT = 100_000
 """Most characters of a diagram. Chosen by hand: the longest shipped one has 1,500."""
 
@@ -169,6 +167,10 @@ class BoardFault:
     line: int  # Line of the text, from 1; 0 if it is about the whole diagram
     message: str  # The sentence, without the place
     player: str = ""  # The player who cannot do what the diagram requires, or ""
+    # What kind of fault it is, "" if only its sentence tells, and what it is about: what was
+    # expected and found, what to do, and what belongs to the kind
+    code: str = ""
+    fields: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,22 +205,22 @@ def read_board(text: str) -> Board:
         )
     grammar, unknown = None, ""
     try:
-        name = grammar_name(text, WHERE)
+        name = grammar_name(text)
         try:
             grammar = shipped_grammar(name)
         except SceneError as error:
             unknown = str(error)
         diagram = parse_diagram(text, WHERE, grammar.activity if grammar else None)
     except SceneError as error:
-        return Board(text, faults=_faults(str(error)))
+        return Board(text, faults=_faults(error))
     if grammar is None:
         return Board(text, diagram, faults=(BoardFault(0, unknown),))
     try:
         check_diagram(diagram, WHERE)
         trees, unable = casting.try_cast(diagram, grammar, WHERE)
     except SceneError as error:
-        return Board(text, diagram, grammar, _faults(str(error)))
-    faults = tuple(f for name, told in unable.items() for f in _faults(told, name))
+        return Board(text, diagram, grammar, _faults(error))
+    faults = tuple(_fault(fault, name) for name, fault in unable.items())
     asked = expressions(diagram)
     return Board(
         text,
@@ -231,19 +233,15 @@ def read_board(text: str) -> Board:
     )
 
 
-def _faults(message: str, player: str = "") -> tuple[BoardFault, ...]:
-    """Return the faults of an error: each begins with the place."""
-    faults: list[BoardFault] = []
-    for line in message.split("\n"):
-        place = _LINE.match(line)
-        if place:
-            faults.append(BoardFault(int(place[1]), line[place.end() :], player))
-        elif faults and not line.startswith(f"{WHERE}: "):
-            last = faults.pop()
-            faults.append(BoardFault(last.line, f"{last.message}\n{line}", player))
-        else:
-            faults.append(BoardFault(0, line.removeprefix(f"{WHERE}: "), player))
-    return tuple(faults)
+def _faults(error: SceneError) -> tuple[BoardFault, ...]:
+    """Return the faults of an error."""
+    told = tuple(_fault(fault) for fault in error.faults)
+    return told or (BoardFault(0, str(error).removeprefix(f"{WHERE}: ")),)
+
+
+def _fault(fault: Fault, player: str = "") -> BoardFault:
+    said = {"expected": fault.expected, "found": fault.found, "advice": fault.advice}
+    return BoardFault(fault.line, str(fault), player, fault.code, {**said, **fault.fields})
 
 
 def element_faults(board: Board) -> tuple[str, ...]:

@@ -27,7 +27,6 @@ Computer Graphics Forum 30 (2011), section 5.1, for the description length.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -280,20 +279,7 @@ _HASH = np.uint64(0x9E3779B97F4A7C15)
 regular bit pattern."""
 
 
-class _Cover(NamedTuple):
-    """The arrays of a :class:`CoveredString`, for compiled functions."""
-
-    symbols: IntArray
-    n_terminals: int
-    repeat_at: IntArray
-    repeat_starts: IntArray
-    repeat_lengths: IntArray
-    hashes: npt.NDArray[np.uint64]
-    powers: npt.NDArray[np.uint64]
-
-
-@dataclass(frozen=True, eq=False)
-class CoveredString:
+class CoveredString(NamedTuple):
     """Joined strings with the cover of their repeats; made once and used for many partitions."""
 
     symbols: IntArray  # (N,): symbols, with a separator at the end of each string
@@ -336,31 +322,11 @@ def context_bits(covered: CoveredString, starts: IntArray, ends: IntArray) -> fl
 
     Shapes: `starts`, `ends` (sentences,).
     """
-    n = _rights_at_most(starts)
-    table = np.empty((n, 4), dtype=np.int64)
-    text = np.empty(_text_at_most(starts, ends, covered), dtype=np.int64)
-    bits, _, _ = _context_grammar(_arrays(covered), starts, ends, table, text)
+    table = np.empty((2 * starts.size + 1, 4), dtype=np.int64)
+    most = 2 * (covered.symbols.size + int((ends - starts).max()) + starts.size)
+    text = np.empty(most, dtype=np.int64)
+    bits, _, _ = _context_grammar(covered, starts, ends, table, text)
     return float(bits)
-
-
-def _arrays(covered: CoveredString) -> _Cover:
-    return _Cover(
-        covered.symbols,
-        covered.n_terminals,
-        covered.repeat_at,
-        covered.repeat_starts,
-        covered.repeat_lengths,
-        covered.hashes,
-        covered.powers,
-    )
-
-
-def _rights_at_most(starts: IntArray) -> int:
-    return 2 * starts.size + 1
-
-
-def _text_at_most(starts: IntArray, ends: IntArray, covered: CoveredString) -> int:
-    return 2 * covered.symbols.size + 2 * int((ends - starts).max()) + 2 * starts.size
 
 
 @njit(cache=True)
@@ -378,13 +344,14 @@ def _hashes(
 
 @njit(cache=True)
 def _context_grammar(
-    cover: _Cover, starts: IntArray, ends: IntArray, table: IntArray, text: IntArray
+    cover: CoveredString, starts: IntArray, ends: IntArray, table: IntArray, text: IntArray
 ) -> tuple[float, int, npt.NDArray[np.bool_]]:
     """Return bits, the number of right sides in ``table``, and which repeats are nonterminals.
 
     ``table`` (right sides, 4) and ``text`` are work arrays that are filled.
     """
-    _, n_terminals, _, _, repeat_lengths, hashes, powers = cover
+    n_terminals, repeat_lengths = cover.n_terminals, cover.repeat_lengths
+    hashes, powers = cover.hashes, cover.powers
     firsts, counts = _distinct(hashes, powers, starts, ends)
     used = _paying_repeats(cover, starts, ends, firsts)
     n_rights = firsts.size
@@ -412,7 +379,7 @@ def _context_grammar(
 
 @njit(cache=True)
 def _write_sentence(
-    cover: _Cover, used: npt.NDArray[np.bool_], i: int, stop: int, text: IntArray, end: int
+    cover: CoveredString, used: npt.NDArray[np.bool_], i: int, stop: int, text: IntArray, end: int
 ) -> int:
     """Write symbols[i:stop] to ``text`` from ``end`` on; return the new end.
 
@@ -462,7 +429,7 @@ def _distinct(
 
 @njit(cache=True)
 def _paying_repeats(
-    cover: _Cover, starts: IntArray, ends: IntArray, firsts: IntArray
+    cover: CoveredString, starts: IntArray, ends: IntArray, firsts: IntArray
 ) -> npt.NDArray[np.bool_]:
     """Return which repeats occur often enough in different sentences for a rule to save symbols."""
     repeat_at, repeat_lengths = cover.repeat_at, cover.repeat_lengths

@@ -33,7 +33,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -253,8 +253,7 @@ def cutting_room(
 
 def _uncovered(covered: CoveredString) -> CoveredString:
     none = np.zeros(0, dtype=np.int64)
-    return replace(
-        covered,
+    return covered._replace(
         repeat_at=np.full_like(covered.repeat_at, -1),
         repeat_starts=none,
         repeat_lengths=none,

@@ -286,7 +286,11 @@ def find_sentences(
     total = sum(map(len, strings))
     room = cutting_room(strings, *lengths)
     evaluations = max(1, round(evaluations * min(1.0, _FULLY_SEARCHED / total) ** 2))
-    candidates = [*_searched(strings, room, lengths, rng, evaluations), *_split(strings, lengths)]
+    candidates = [
+        *_searched(strings, room, lengths, rng, evaluations),
+        *recurring_splits(strings, *lengths),
+        *united_splits(strings, *lengths),
+    ]
     candidates = [cuts for cuts in candidates if not too_long(strings, cuts, lengths)] or candidates
     tell(1, _STEPS)
     runs = race(strings, candidates, rng)
@@ -302,10 +306,6 @@ def find_sentences(
     sentences = _learned(strings, best.cuts, [best.rules])
     tell(_STEPS, _STEPS)
     return sentences
-
-
-def _split(strings: Sequence[Sentence], lengths: tuple[int, int]) -> list[Cuts]:
-    return [*recurring_splits(strings, *lengths), *united_splits(strings, *lengths)]
 
 
 def _searched(

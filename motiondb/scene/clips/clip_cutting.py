@@ -209,7 +209,8 @@ def cut_action(shown: ShownMotion, frames: BodyFrames) -> list[Piece]:
     turns = bool(abs(frames.places[end - 1, 2] - frames.places[start, 2]) > TURNED)
     if shown.event or (turns and not going) or not (going or end - start >= GOES_ON):
         return [_around_instant(shown, frames, start, end)]
-    cuts = _foot_strikes(shown, frames) if going else _catches(shown)
+    catches = sorted({e.frame for e in shown.events if e.name == "catch"})
+    cuts = _foot_strikes(shown, frames) if going else catches
     cuts = _spread([c for c in cuts if start < c < end], start, end)
     if going:
         return _steps(frames, start, end, cuts)
@@ -299,10 +300,6 @@ def _foot_strikes(shown: ShownMotion, frames: BodyFrames) -> list[int]:
     if known:
         return sorted(set(known))
     return sorted({a for foot in range(2) for a, _ in runs(frames.contacts[:, foot])})
-
-
-def _catches(shown: ShownMotion) -> list[int]:
-    return sorted({e.frame for e in shown.events if e.name == "catch"})
 
 
 def _spread(cuts: Iterable[int], start: int, end: int) -> list[int]:

@@ -314,7 +314,9 @@ def make_library(
         edited = edited_paths(path, edits)
         paths.extend(edited)
         kinds.extend([number] * len(edits))
-        sources.extend(_edited_clip(clip.source, *edit) for edit in edits.tolist())
+        sources.extend(
+            replace(clip.source, bend=bend, stretch=stretch) for bend, stretch in edits.tolist()
+        )
         hands.append(_hands(clip, edited))
     kind = np.array(kinds, dtype=np.int32)
     terminal = np.array([clip.terminal for clip in clips], dtype=np.int32)[kind]
@@ -336,19 +338,6 @@ def make_library(
         source=tuple(sources),
         events=tuple(clip.events for clip in clips),
         rest=rest_costs(ends),
-    )
-
-
-def _edited_clip(source: ClipSource, bend: float, stretch: float) -> ClipSource:
-    return ClipSource(
-        source.capture,
-        source.start,
-        source.end,
-        source.mirrored,
-        bend,
-        stretch,
-        source.licence,
-        source.instant,
     )
 
 

@@ -151,7 +151,6 @@ class RuleTable:
 
 
 _MOMENTS = {START: AT_START, END: AT_END, THROUGHOUT_NAME: THROUGHOUT, PATH: ON_THE_WAY}
-_MOST_KEPT = 500  # Strings that a binder keeps; they take some megabytes
 _CONTACT = "contact"  # Event of actions of two players that are meant to touch
 
 
@@ -169,11 +168,12 @@ class _Stretch:
 
 
 @dataclass(frozen=True)
-class _String:
+class BoundString:
     """A player's actions with their rules: the binding without other players."""
 
+    tree: Tree
     actions: tuple[str, ...]
-    spans: tuple[tuple[int, int], ...]
+    spans: Spans
     stretches: tuple[_Stretch, ...]
     rows: tuple[tuple[float, ...], ...]
     """Rows of the rule table; () for synchronisations, which depend on other players."""
@@ -194,9 +194,6 @@ class Binder:
 
     diagram: Diagram
     grammar: MotionGrammar
-    _strings: dict[tuple[int, Tree, Spans | None], _String] = field(default_factory=dict)
-    _kept: dict[tuple[int, int, Spans | None], tuple[Tree, _String]] = field(default_factory=dict)
-    _assignments: dict[tuple[int, tuple[str, ...]], tuple[Spans, ...]] = field(default_factory=dict)
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -227,30 +224,13 @@ class Binder:
 
         See :mod:`motiondb.scene.language.expressions`.
         """
-        key = player, actions
-        if key not in self._assignments:
-            if len(self._assignments) > _MOST_KEPT:
-                self._assignments.clear()
-            self._assignments[key] = assignments(actions, self.items[player])
-        return self._assignments[key]
+        return assignments(actions, self.items[player])
 
-    def bind(
-        self, trees: Sequence[Tree], chosen: Sequence[Spans | None] | None = None
-    ) -> RuleTable:
-        """Return the table of the players' trees, in the order of the diagram.
-
-        ``chosen`` are the actions of each player's items; None means the first that match.
-        """
-        if len(trees) != len(self.names):
-            raise SceneError(
-                f"{self.diagram.name}: expected {len(self.names)} trees, one for each player,"
-                f" found {len(trees)}. Give the trees in the order of the players."
-            )
-        of = chosen or [None] * len(trees)
-        strings = [self._string(n, tree, of[n]) for n, tree in enumerate(trees)]
+    def bind(self, strings: Sequence[BoundString]) -> RuleTable:
+        """Return the table of the players' strings, in the order of the diagram."""
         rows, partners, contacts, used = [], list[int](), set[tuple[int, int, int, int]](), []
-        for string in strings:
-            for stretch, known in zip(string.stretches, string.rows, strict=True):
+        for one in strings:
+            for stretch, known in zip(one.stretches, one.rows, strict=True):
                 rows.append(known or self._row(stretch, strings, partners, contacts))
                 used.append(stretch)
         for stretch in (*self._answering(strings), *self._timed(strings), *self._keeping(strings)):
@@ -273,14 +253,14 @@ class Binder:
             tuple(self._steps(strings)),
         )
 
-    def _steps(self, strings: Sequence[_String]) -> Iterator[tuple[int, int, int, int]]:
+    def _steps(self, strings: Sequence[BoundString]) -> Iterator[tuple[int, int, int, int]]:
         """Yield the step of every drawn item, its player, and its actions [first, last)."""
         for player, string in enumerate(strings):
             for item, (first, last) in zip(self.items[player], string.spans, strict=True):
                 if item.element >= 0:
                     yield self.diagram.elements[item.element].step, player, first, last
 
-    def _timed(self, strings: Sequence[_String]) -> Iterator[_Stretch]:
+    def _timed(self, strings: Sequence[BoundString]) -> Iterator[_Stretch]:
         """Yield the synchronisations of steps of which the diagram says how far they are apart."""
         if not self.diagram.times:
             return
@@ -294,7 +274,7 @@ class Binder:
                 rule = SynchronisationRule(self.names[other], (action,), lag, Moment(EVENT))
                 yield _Stretch(one, k, k + 1, -1, rule, meant=(m,))
 
-    def _keeping(self, strings: Sequence[_String]) -> Iterator[_Stretch]:
+    def _keeping(self, strings: Sequence[BoundString]) -> Iterator[_Stretch]:
         """Yield the distances that players keep from one step to another.
 
         They are looked at while either of the two acts, so that who keeps the distance goes with
@@ -321,7 +301,7 @@ class Binder:
         known = self.grammar.activity.place
         return {n: replace(known.get(n, Place(n)), at=at) for n, at in self._places.items()}
 
-    def _aims(self, player: int, string: _String) -> Iterator[tuple[tuple[int, int], str]]:
+    def _aims(self, player: int, string: BoundString) -> Iterator[tuple[tuple[int, int], str]]:
         """Yield a player's actions that send or put the object, with the names of their targets."""
         items = self.items[player]
         sends = self.grammar.activity.doing(SEND, PUT)
@@ -331,26 +311,11 @@ class Binder:
                 item = items[of[0]] if of else Item((action,))
                 yield (player, k), self._role(TARGET, item, self.names[player])
 
-    def _string(self, player: int, tree: Tree, chosen: Spans | None) -> _String:
-        """Return a player's rules; those of recently seen trees are kept.
+    def string(self, player: int, tree: Tree, chosen: Spans | None = None) -> BoundString:
+        """Return a player's rules in a tree.
 
-        The same tree object is found without comparing whole trees. Chains in several threads may
-        call this at the same time.
+        ``chosen`` are the actions of the player's items; None means the first that match.
         """
-        kept, same = self._kept.get((player, id(tree), chosen), (None, None))
-        if kept is tree and same is not None:
-            return same
-        string = self._strings.get((player, tree, chosen))
-        string = string or self._read_string(player, tree, chosen)
-        if len(self._strings) > _MOST_KEPT:
-            self._strings.clear()
-        if len(self._kept) > _MOST_KEPT:
-            self._kept.clear()
-        self._strings[player, tree, chosen] = string
-        self._kept[player, id(tree), chosen] = tree, string
-        return string
-
-    def _read_string(self, player: int, tree: Tree, chosen: Spans | None) -> _String:
         name, items = self.names[player], self.items[player]
         actions = tree.leaves()
         parts = chosen or spans(actions, items)
@@ -384,12 +349,12 @@ class Binder:
             () if isinstance(one.rule, SynchronisationRule) else self._row(one, [], [], set())
             for one in clips
         )
-        return _String(actions, parts, tuple(clips), rows)
+        return BoundString(tree, actions, parts, tuple(clips), rows)
 
     def _row(
         self,
         stretch: _Stretch,
-        strings: Sequence[_String],
+        strings: Sequence[BoundString],
         partners: list[int],
         contacts: set[tuple[int, int, int, int]],
     ) -> tuple[float, ...]:
@@ -466,7 +431,7 @@ class Binder:
         return self.diagram.filled(role, who)
 
     def _partner(
-        self, rule: SynchronisationRule, stretch: _Stretch, strings: Sequence[_String]
+        self, rule: SynchronisationRule, stretch: _Stretch, strings: Sequence[BoundString]
     ) -> tuple[int, list[int]]:
         """Return the partner of a synchronisation, and the partner's actions that may be meant."""
         name = self._named(rule.partner, stretch)
@@ -484,7 +449,7 @@ class Binder:
             return partner, [theirs.spans[item][0]]
         return partner, [m for m, action in enumerate(theirs.actions) if action in rule.actions]
 
-    def _answering(self, strings: Sequence[_String]) -> Iterator[_Stretch]:
+    def _answering(self, strings: Sequence[BoundString]) -> Iterator[_Stretch]:
         """Yield the synchronisations of acts with their answers, one to one and in order.
 
         An act without an answer, and an answer to nothing, are rules that nobody fills.
@@ -509,7 +474,7 @@ class Binder:
         return _Stretch(one, k, k + 1, -1, rule, meant=(m,) if m >= 0 else ())
 
     def _directed(
-        self, player: int, string: _String, actions: tuple[str, ...]
+        self, player: int, string: BoundString, actions: tuple[str, ...]
     ) -> list[tuple[int, int, int]]:
         """Return a player's actions of a kind: number, step of the diagram or -1, towards whom."""
         found = []
@@ -532,11 +497,18 @@ def bind(
 ) -> RuleTable:
     """Return the table of the players' trees, given in the order of the diagram or by name.
 
-    ``chosen`` is that of :meth:`Binder.bind`.
+    ``chosen`` are the actions of each player's items; None means the first that match.
     """
     if isinstance(trees, Mapping):
         trees = [trees[player.name] for player in diagram.players]
-    return Binder(diagram, grammar).bind(trees, chosen)
+    if len(trees) != len(diagram.players):
+        raise SceneError(
+            f"{diagram.name}: expected {len(diagram.players)} trees, one for each player,"
+            f" found {len(trees)}. Give the trees in the order of the players."
+        )
+    binder = Binder(diagram, grammar)
+    of = chosen or [None] * len(trees)
+    return binder.bind([binder.string(n, tree, of[n]) for n, tree in enumerate(trees)])
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
-"""The values f_k of semantic rules over a scene's arrays, compiled.
+"""The values f_k of semantic rules, compiled: of a sampled scene, and of instants on any clock.
 
-They equal those of :mod:`motiondb.scene.language.semantic_rules`, which tests compare.
+f_pos and f_line are metres, f_dir the radians in [0, pi] of the smallest turn, f_dist 0 within its
+bounds, both included, and 1 elsewhere, f_synch seconds.
 
 Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
 Forum 35 (2016), equations (1) to (5).
@@ -10,7 +11,7 @@ from __future__ import annotations
 
 import math
 
-from motiondb.records import MOTION_FPS
+from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.scene.energy.binding import (
     AT_END,
     AT_START,
@@ -103,6 +104,24 @@ def _measure(
     if kind == DISTANCE:
         return 0.0 if bounds[0] <= apart <= bounds[1] else 1.0
     return apart
+
+
+@compiled
+def values_at(
+    kind: int,
+    places: FloatArray,
+    targets: FloatArray,
+    others: FloatArray,
+    heading: bool,
+    bounds: tuple[float, float],
+    values: FloatArray,
+) -> None:
+    """Fill in f of one rule at instants with these places (n, 3), targets and others (n, 2)."""
+    for i in range(len(places)):
+        place = (places[i, 0], places[i, 1], places[i, 2])
+        target = (targets[i, 0], targets[i, 1], 0.0)
+        other = (others[i, 0], others[i, 1], 0.0)
+        values[i] = _measure(kind, place, target, other, heading, bounds)
 
 
 @compiled

@@ -404,13 +404,9 @@ def _link_rules(item: Item, grammar: MotionGrammar) -> Iterator[SemanticRule]:
     target = item.other or item.target or activity.aim(action)
     if deed not in (GIVE, SEND) or not target:
         return
-    stated, moment = _stated(grammar, item.actions), Moment(grammar.terminal[action].event or END)
+    moment, of = Moment(grammar.terminal[action].event or END), item.actions
+    stated = {type(a.rule) for a in grammar.annotations if a.symbol in of and not a.within}
     if DirectionRule not in stated:
         yield DirectionRule(target, moment)
     if deed == GIVE and SynchronisationRule not in stated:
         yield SynchronisationRule(target, activity.doing(TAKE), None, moment)
-
-
-def _stated(grammar: MotionGrammar, actions: Sequence[str]) -> set[type]:
-    """Return the kinds of rule that the grammar states for actions in every context."""
-    return {type(a.rule) for a in grammar.annotations if a.symbol in actions and not a.within}

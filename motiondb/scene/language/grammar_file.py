@@ -27,7 +27,20 @@ next line begins with ``|``. ``#`` begins a comment. The order of statements is 
     weight position 0.3 m                  # of all position rules without a weight
 
 The other statements (``verb``, ``role``, ``object``, ``ground``, ``mark``, ``rest``, ``answers``)
-are those of :mod:`.activity_text`.
+describe the activity::
+
+    verb move = walk | run to X Z          # a class of actions, and whether it leads somewhere
+    verb move = dribble to X Z with ball   # the same word for who has the ball
+    verb screen = walk | run then push_off on opponent to X Z
+    verb fake = fake_shot*                 # * repeats, "once" does not
+    role leader, follower of leader
+    object cup size 8 cm at table          # where it lies at first; without, somebody has it
+    place rim at 0 0 height 3.05 m size 45 cm
+    place goal height 1 m size 3 x 2 m     # upright, which a diagram puts somewhere
+    ground half 15 x 14 from -7.5 -1.575   # a name, width and length, least x and z in metres
+    mark 0 0, 1 0, arc 0 0 1 0 90          # a line on it: points, arcs x z radius from to (degrees)
+    rest idle                              # also: with ball, for ACTION, after ACTION
+    parry, duck answers punch | kick after 0.1 s
 
 Semantic rules are ``position(TARGET)``, ``direction(TARGET)`` or ``direction(90 deg)``,
 ``distance(TARGET, <= 2.5 m)``, ``>=``, ``0.5 m .. 2 m``, ``line(TARGET, TARGET)`` and
@@ -47,450 +60,140 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import TYPE_CHECKING, NoReturn
 
-from motiondb.body import body
 from motiondb.errors import SceneError, suggestion
 from motiondb.grammar.cfg.context_free import EMPTY, Grammar, productive_symbols, share_out
-from motiondb.scene.language.activity import DEEDS, PLAYER, ROLES
-from motiondb.scene.language.activity_text import (
-    STATEMENTS,
-    ActivityDraft,
-    finished,
-    read_answers,
-    read_deed,
-    read_place,
-)
-from motiondb.scene.language.motion_grammar import Annotation, MotionGrammar, Start, Terminal
-from motiondb.scene.language.production_text import read_alternatives
+from motiondb.scene.language.activity import GIVE, PLAYER, ROLES, TAKE, Activity, Thing
+from motiondb.scene.language.grammar_reading import Draft, GrammarReading
+from motiondb.scene.language.motion_grammar import Annotation, MotionGrammar
 from motiondb.scene.language.semantic_rules import (
     END,
-    INSTANTS,
-    NEAREST,
+    RULE_NAMES,
     START,
     THROUGHOUT,
-    DirectionRule,
-    DistanceRule,
-    LineRule,
     Moment,
-    PositionRule,
     SemanticRule,
     SynchronisationRule,
     Weights,
 )
-from motiondb.scene.language.tokens import Cursor, Token, refuse, statements
+from motiondb.scene.language.texts import read_statements
 
-# Semantic rules in text: ``SYMBOLS in NONTERMINAL: rule, rule``.
-
-WEIGHT_UNITS: dict[str, str] = {
-    "position": "length",
-    "direction": "angle",
-    "distance": "",
-    "line": "length",
-    "synchronisation": "time",
-}  # The kinds of rule, and the quantity in which their weights are measured; "" for no unit
-
-_LEAST, _MOST = 1e-6, 1e6
-"""Limits of weights. A weight outside is a slip: one term of the sum would hide all others."""
-
-_LONGEST_LAG = 60.0
-"""Longest lag of a synchronisation, s. No scene lasts so long that two actions could be farther
-apart."""
-
-_UNSTATED = math.nan  # Marks a rule without a weight until the whole file has been read
-
-
-@dataclass(frozen=True)
-class Draft:
-    """A rule as written."""
-
-    kind: str  # The kind of rule
-    rule: SemanticRule  # The rule; its weight is NaN and its moment "" if the text names none
-    symbols: tuple[Token, ...]  # The symbols that the rule is attached to
-    within: Token | None  # The nonterminal below which it holds
-    targets: tuple[Token, ...]  # Names of the places and roles that it is about
-    actions: tuple[Token, ...]  # Names of the partner's actions
-
-
-def read_rules(cursor: Cursor, activity: ActivityDraft) -> list[Draft]:
-    """Read all rules of a statement; deeds and answers go into the ``activity``."""
-    symbols = [_name_token(cursor, "a symbol of the grammar")]
-    while cursor.meets(","):
-        symbols.append(_name_token(cursor, "a symbol of the grammar"))
-    if cursor.meets("answers"):
-        read_answers(cursor, tuple(symbols), activity)
-        return []
-    within = _name_token(cursor, "a nonterminal") if cursor.meets("in") else None
-    cursor.expect(":", "Write 'SYMBOL: rule' or 'SYMBOL in NONTERMINAL: rule'.")
-    drafts: list[Draft] = []
-    first = True
-    while first or cursor.meets(","):
-        first = False
-        if cursor.here.text in DEEDS:
-            read_deed(cursor, tuple(symbols), activity)
-            continue
-        kind, rule, targets, actions = _read_rule(cursor)
-        drafts.append(Draft(kind, rule, tuple(symbols), within, tuple(targets), tuple(actions)))
-    return drafts
-
-
-def _name_token(cursor: Cursor, what: str) -> Token:
-    token = cursor.here
-    cursor.name(what, "Write a name.")
-    return token
-
-
-def _read_rule(cursor: Cursor) -> tuple[str, SemanticRule, list[Token], list[Token]]:
-    """Read one rule: its kind, the rule, its targets and its actions."""
-    kind = cursor.name("a kind of rule", "See the format of grammars.", tuple(WEIGHT_UNITS))
-    cursor.expect("(", f"Write what the rule is about: {kind}(...).")
-    targets: list[Token] = []
-    actions: list[Token] = []
-    moment = Moment("")
-    rule: SemanticRule
-    if kind == "position":
-        rule = PositionRule(_target(cursor, targets), moment, _UNSTATED)
-    elif kind == "direction":
-        facing = _facing(cursor, targets)
-        turn = cursor.quantity("angle", "an angle") if targets and cursor.meets(",") else 0.0
-        rule = DirectionRule(facing, moment, _UNSTATED, turn)
-    elif kind == "distance":
-        target = _target(cursor, targets)
-        near, far = _bounds(cursor)
-        rule = DistanceRule(target, near, far, moment, _UNSTATED)
-    elif kind == "line":
-        first = _target(cursor, targets)
-        cursor.expect(",", "A line has two ends: line(opponent, rim).")
-        rule = LineRule(first, _target(cursor, targets), moment, _UNSTATED)
-    else:
-        targets.append(cursor.here)
-        partner = cursor.name("a role", "Write whom it is about.")
-        lag = _partners(cursor, actions)
-        names = tuple(token.text for token in actions)
-        rule = SynchronisationRule(partner, names, lag, moment, _UNSTATED)
-    cursor.expect(")", "Close the bracket of the rule.")
-    return kind, _with_tail(cursor, rule, kind), targets, actions
-
-
-def read_event(cursor: Cursor, advice: str) -> str:
-    """Read an event of a sheet, or an instant such as ``nearest(r_wrist, partner.head)``."""
-    token = cursor.here
-    name = cursor.name("an event", advice)
-    if not cursor.meets("("):
-        return name
-    if name not in INSTANTS:
-        cursor.fail(f"one of {', '.join(INSTANTS)} before '('", advice, token)
-    joints = [_joint(cursor)]
-    if name == NEAREST:
-        cursor.expect(",", "Write nearest(r_wrist, partner.head).")
-        whose = "partner." if cursor.meets("partner") and cursor.expect(".", "") else ""
-        joints.append(whose + _joint(cursor))
-    cursor.expect(")", "Close the bracket.")
-    return f"{name}({', '.join(joints)})"
-
-
-def _joint(cursor: Cursor) -> str:
-    return cursor.name("a joint", "See the joints of the canonical body.", body.JOINTS)
-
-
-def _target(cursor: Cursor, targets: list[Token]) -> str:
-    targets.append(_name_token(cursor, "a place or a role"))
-    return targets[-1].text
-
-
-def _facing(cursor: Cursor, targets: list[Token]) -> str | float:
-    token = cursor.here
-    if token.kind == "number":
-        heading = cursor.quantity("angle", "a heading")
-        if abs(heading) > 2.0 * math.pi:
-            cursor.fail("a heading from -360 to 360 deg", "A whole turn leads nowhere.", token)
-        return heading
-    return _target(cursor, targets)
-
-
-def _bounds(cursor: Cursor) -> tuple[float, float]:
-    advice = "Write <= 2.5 m, >= 1.5 m, or 0.5 m .. 2 m."
-    cursor.expect(",", advice)
-    token = cursor.here
-    if cursor.meets("<", "<="):
-        near, far = 0.0, cursor.quantity("length", "a distance")
-    elif cursor.meets(">", ">="):
-        near, far = cursor.quantity("length", "a distance"), math.inf
-    else:
-        near = cursor.quantity("length", "a distance, or one of < <= > >=")
-        cursor.expect("..", advice)
-        far = cursor.quantity("length", "a distance")
-    if not 0.0 <= near <= far:
-        cursor.fail("distances of 0 or more, the nearer first", advice, token)
-    return near, far
-
-
-def _partners(cursor: Cursor, actions: list[Token]) -> float | None:
-    advice = "Write synchronisation(receiver, catch, flight) or (opponent, push, 0 s)."
-    cursor.expect(",", advice)
-    while not actions or cursor.meets("|"):
-        actions.append(_name_token(cursor, "an action of the partner"))
-    cursor.expect(",", advice)
-    if cursor.meets("flight"):
-        return None
-    token = cursor.here
-    lag = cursor.quantity("time", "a time, or 'flight'")
-    if abs(lag) > _LONGEST_LAG:
-        cursor.fail(f"a time from -{_LONGEST_LAG:g} to {_LONGEST_LAG:g} s", advice, token)
-    return lag
-
-
-def _with_tail(cursor: Cursor, rule: SemanticRule, kind: str) -> SemanticRule:
-    """Read the moment and the weight that may follow a rule."""
-    if cursor.meets("at"):
-        advice = f"Write 'at {START}', 'at {END}', or 'at' and an event."
-        rule = replace(rule, moment=Moment(read_event(cursor, advice)))
-    elif cursor.meets(THROUGHOUT):
-        rule = replace(rule, moment=Moment(THROUGHOUT))
-    if cursor.meets("weight"):
-        rule = replace(rule, weight=read_weight(cursor, WEIGHT_UNITS[kind]))
-    return rule
-
-
-def read_weight(cursor: Cursor, kind: str) -> float:
-    """Read a weight: a quantity above 0, with a unit if its kind has one."""
-    token = cursor.here
-    advice = "Write the deviation that costs 1; it must be above 0."
-    value = cursor.quantity(kind, "a weight") if kind else cursor.number("a weight", advice)
-    if value <= 0.0:
-        cursor.fail("a weight above 0", advice, token)
-    if not _LEAST <= value <= _MOST:
-        cursor.fail(f"a weight from {_LEAST:g} to {_MOST:g}", advice, token)
-    return value
-
+if TYPE_CHECKING:
+    from lark import Token
 
 _SLACK = 0.02
 """Tolerance of sums of probabilities. Written probabilities are rounded: 0.33, three times, is
 0.99."""
-_STATEMENT = "a statement such as 'S -> run', 'run := \"run\"' or 'run: position(goal)'"
-
-
-class _Text:
-    """The part of a file read so far."""
-
-    def __init__(self, where: str) -> None:
-        self.where = where
-        self.name = ""
-        self.starts: list[tuple[Start, Token]] = []
-        self.activity = ActivityDraft()
-        self.alternatives: list[tuple[str, tuple[str, ...], float | None]] = []
-        self.lines: dict[str, Token] = {}
-        self.used: dict[str, Token] = {}
-        self.terminals: dict[str, tuple[Terminal, Token]] = {}
-        self.rules: list[Draft] = []
-        self.kinds: dict[str, float] = {}
-        self.weights: dict[str, float] = {}
-        self.said: dict[str, int] = {}
 
 
 def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
     """Read a motion grammar from its text."""
-    reading = _Text(where)
-    for cursor in statements(text, where):
-        _read_statement(cursor, reading)
+    reading = GrammarReading(where)
+    read_statements("motion_grammar", text, reading)
     _check(reading)
-    place = {
-        left: k for k, left in enumerate(dict.fromkeys(row[0] for row in reading.alternatives))
-    }
+    place = {row[0]: k for k, row in reversed(list(enumerate(reading.alternatives)))}
     by_left = sorted(reading.alternatives, key=lambda row: place[row[0]])
+    terminals = tuple(terminal for terminal, _ in reading.terminals.values())
     rules = tuple(share_out(by_left))
     grammar = Grammar(reading.starts[0][0].symbol, rules, tuple(reading.terminals))
     _refuse_endless(grammar, reading)
     annotations = tuple(_annotations(reading))
+    kinds = set(RULE_NAMES.values())
+    return MotionGrammar(
+        reading.name or where,
+        tuple(start for start, _ in reading.starts),
+        grammar,
+        terminals,
+        annotations,
+        tuple(reading.place),
+        Weights(**{kind: value for kind, value in reading.weight.items() if kind not in kinds}),
+        _activity(reading, annotations),
+    )
+
+
+def _activity(reading: GrammarReading, annotations: Iterable[Annotation]) -> Activity:
+    """Return the activity; a flight without an object is that of a ball."""
+    thing, deeds = reading.thing, list(reading.deeds)
+    said = {action for action, _, _ in deeds}
     linked = [
         (a.symbol, a.rule)
         for a in annotations
         if isinstance(a.rule, SynchronisationRule) and a.symbol in reading.terminals
     ]
-    replies = [(symbol, rule.partner, rule.actions) for symbol, rule in linked]
     flights = [(symbol, rule.actions) for symbol, rule in linked if rule.lag is None]
-    return MotionGrammar(
-        reading.name or where,
-        tuple(start for start, _ in reading.starts),
-        grammar,
-        tuple(terminal for terminal, _ in reading.terminals.values()),
-        annotations,
-        tuple(reading.activity.places),
-        Weights(**reading.weights),
-        finished(reading.activity, tuple(reading.terminals), replies, flights),
+    if flights:
+        thing = thing or Thing("ball")
+        thrown = [(action, GIVE, "") for action, _ in flights]
+        thrown += [(one, TAKE, "") for _, caught in flights for one in caught]
+        deeds += [deed for deed in dict.fromkeys(thrown) if deed[0] not in said]
+    name, verbs = thing.name if thing else "", []
+    for verb in reading.verbs:
+        if verb.link == "with" and verb.role == name:  # not with somebody, but with the object
+            verb = replace(verb, link="", role="", with_object=True)
+        verbs.append(verb)
+    return Activity(
+        tuple(reading.terminals),
+        tuple(verbs),
+        tuple(reading.team.items()),
+        thing,
+        tuple(dict.fromkeys(deeds)),
+        tuple(reading.rests),
+        tuple(reading.answers),
+        tuple((symbol, rule.partner, rule.actions) for symbol, rule in linked),
+        tuple(reading.place.values()),
+        replace(reading.ground, marks=tuple(reading.marks)),
     )
 
 
-def _read_statement(cursor: Cursor, reading: _Text) -> None:
-    """Read one statement and add it to the part read so far."""
-    first, second = cursor.here, cursor.after
-    if first.kind != "name":
-        cursor.fail(_STATEMENT, "Begin the line with a name; comments begin with '#'.")
-    if second.text == "->":
-        _read_production(cursor, reading)
-    elif second.text == ":=":
-        _read_terminal(cursor, reading)
-    elif second.text in (":", ",", "in", "answers"):
-        reading.rules.extend(read_rules(cursor, reading.activity))
-    else:
-        _read_keyword(cursor, reading)
-    cursor.done("Write one statement a line.")
-
-
-def _read_keyword(cursor: Cursor, reading: _Text) -> None:
-    """Read a statement that begins with its own word."""
-    first, second = cursor.here, cursor.after
-    if cursor.meets("grammar"):
-        cursor.once(reading.said, "grammar", "'grammar' once", first)
-        reading.name = cursor.name("the grammar's name", "Write one name.")
-    elif cursor.meets("start"):
-        _read_start(cursor, reading)
-    elif cursor.meets("place"):
-        read_place(cursor, reading.activity)
-        while cursor.meets(","):
-            read_place(cursor, reading.activity)
-    elif first.text in STATEMENTS and second.kind in ("name", "number"):
-        cursor.take()
-        STATEMENTS[first.text](cursor, reading.activity)
-    elif cursor.meets("weight"):
-        _read_weight(cursor, reading)
-    else:
-        words = ("grammar", "start", "place", "weight", *STATEMENTS)
-        near = suggestion(first.text, words).strip()
-        cursor.fail(_STATEMENT, near or "The first name must be followed by '->', ':=' or ':'.")
-
-
-def _read_production(cursor: Cursor, reading: _Text) -> None:
-    token = cursor.take()
-    if token.text == EMPTY:
-        cursor.fail("a nonterminal before '->'", f"'{EMPTY}' means the empty string.", token)
-    reading.lines.setdefault(token.text, token)
-    cursor.take()
-    for left, right, chance in read_alternatives(cursor, token.text, reading.used):
-        reading.lines.setdefault(left, token)
-        reading.alternatives.append((left, right, chance))
-
-
-def _read_terminal(cursor: Cursor, reading: _Text) -> None:
-    token = cursor.take()
-    cursor.take()
-    if token.text in reading.terminals:
-        line = reading.terminals[token.text][1].line
-        cursor.fail(
-            "a terminal that is not declared yet",
-            f"Line {line} declares it: write all its words there.",
-            token,
-        )
-    learned = ("", "")
-    if cursor.meets("terminal"):
-        advice = f"Write {token.text} := terminal f of boxing."
-        name = cursor.take().text if cursor.here.kind == "text" else cursor.name("its name", advice)
-        cursor.expect("of", advice)
-        learned = name, cursor.name("the name of a learned grammar", advice)
-    elif cursor.here.kind != "text":
-        cursor.fail(
-            "quoted words that find the action's clips", f'Write {token.text} := "{token.text}".'
-        )
-    phrases = () if learned[0] else _phrases(cursor)
-    without = _phrases(cursor) if cursor.meets("without") else ()
-    event = ""
-    if cursor.meets("event"):
-        event = read_event(cursor, "Write 'event release', or 'event lowest(head)'.")
-    asked = cursor.meets("when") and bool(cursor.expect("asked", "Write 'when asked'."))
-    terminal = Terminal(token.text, phrases, without, event, asked, learned)
-    reading.terminals[token.text] = terminal, token
-
-
-def _phrases(cursor: Cursor) -> tuple[str, ...]:
-    """Read quoted words, divided by commas."""
-    phrases: list[str] = []
-    while not phrases or cursor.meets(","):
-        if cursor.here.kind != "text" or not cursor.here.text.strip():
-            cursor.fail("words in quotes", 'Write them as "pick up".')
-        phrases.append(cursor.take().text)
-    return tuple(phrases)
-
-
-def _read_start(cursor: Cursor, reading: _Text) -> None:
-    token = cursor.here
-    symbol = cursor.name("a start symbol", "Write 'start S', or 'start S for attack'.")
-    team = ""
-    if cursor.meets("for"):
-        team = cursor.name("a role", "Write 'start S for leader'.")
-        reading.activity.roles.setdefault(team, "")
-    for known, earlier in reading.starts:
-        if known.team in ("", team):
-            whom = f"the role {team}" if team else "everybody"
-            advice = f"Line {earlier.line} says where {known.team or 'everybody'} begins already."
-            cursor.fail(f"one start symbol for {whom}", advice, token)
-    reading.starts.append((Start(symbol, team), token))
-
-
-def _read_weight(cursor: Cursor, reading: _Text) -> None:
-    kinds = (*WEIGHT_UNITS, "user", "smooth", "collision", "effort")
-    token = cursor.here
-    kind = cursor.name("what the weight is for", "See the format.", kinds)
-    unit = "length" if kind == "effort" else WEIGHT_UNITS.get(kind, "")
-    cursor.once(reading.said, f"weight {kind}", f"the weight of {kind} once", token)
-    value = read_weight(cursor, unit)
-    (reading.kinds if kind in WEIGHT_UNITS else reading.weights)[kind] = value
-
-
-def _check(reading: _Text) -> None:
+def _check(reading: GrammarReading) -> None:
     """Check that every name is declared, once and in one sense."""
     where, lefts = reading.where, {left for left, _, _ in reading.alternatives}
     if not lefts:
-        refuse(where, "at least one rule such as 'S -> run'", "none", "Write the rules of order.")
+        _refuse(where, "at least one rule such as 'S -> run'", "Write the rules of order.")
     if not reading.starts:
-        refuse(where, "a line 'start SYMBOL'", "none", f"Write 'start {min(lefts)}', for example.")
-    for start, token in reading.starts:
-        _known(start.symbol, lefts, "a start symbol that has a rule", token, where)
+        _refuse(where, "a line 'start SYMBOL'", f"Write 'start {min(lefts)}', for example.")
     for name, (_, token) in reading.terminals.items():
         if name in lefts:
             advice = f"{name} has rules, so it is a nonterminal: name one of the two otherwise."
-            _refuse_at(token, where, "a terminal", advice)
+            reading.fail(token, "a terminal", advice)
     _check_probabilities(reading)
-    known = lefts | set(reading.terminals)
-    for name, token in reading.used.items():
-        what = "a nonterminal with rules, or a terminal declared with ':='"
-        _known(name, known, what, token, where, f'Write {name} := "{name}" for an action.')
-    for draft in reading.rules:
-        _check_rule_names(draft, known, lefts, reading)
-    activity = reading.activity
-    roles = {*ROLES, *activity.roles, PLAYER}
-    things = {activity.thing.name} if activity.thing else set()
-    known_as = {
-        "action": ("an action declared with ':='", set(reading.terminals)),
-        "role": ("a role", roles),
-        "place": ("a place", set(activity.places)),
-        "object": ("the object", things),
-        "aim": ("a place or a role", {*activity.places, *roles, *things}),
+    actions = set(reading.terminals)
+    roles = {*ROLES, *reading.team}
+    things = {reading.thing.name} if reading.thing else set()
+    places = set(reading.place)
+    known: dict[str, tuple[str, set[str], str]] = {
+        "START": ("a start symbol that has a rule", lefts, "Write its rules."),
+        "PART": (
+            "a nonterminal with rules, or a terminal declared with ':='",
+            {*lefts, *actions, EMPTY},
+            'Write {0} := "{0}" for an action.',
+        ),
+        "SYMBOL": ("a symbol of the grammar", lefts | actions, "Write its rules."),
+        "NONTERMINAL": ("a nonterminal", lefts, "Write its rules."),
+        "TARGET": ("a place or a role", roles | places | things, "Declare it: 'place {0}'."),
+        "PARTNER": ("a role", roles, "Declare it: 'role {0}'."),
+        "ACTION": ("an action declared with ':='", actions, ""),
+        "ROLE": ("a role", {*roles, PLAYER}, ""),
+        "WHERE": ("a place", places, ""),
+        "THING": ("the object", things, ""),
+        "AIM": ("a place or a role", {*places, *roles, PLAYER, *things}, ""),
     }
-    for token, kind in activity.named:
-        what, names = known_as[kind]
-        _known(token.text, names, what, token, where, f"Declare {token.text} in a line of its own.")
+    for token in sorted(reading.tokens, key=lambda one: (one.line, one.column)):
+        if token.type in known:
+            what, names, advice = known[token.type]
+            if token not in names:
+                near = suggestion(token, sorted(names)).strip()
+                advice = advice.format(token) or f"Declare {token} in a line of its own."
+                reading.fail(token, what, near or advice)
 
 
-def _check_rule_names(draft: Draft, known: set[str], lefts: set[str], reading: _Text) -> None:
-    """Check that the symbols, targets and actions of a semantic rule are declared."""
-    where = reading.where
-    for token in draft.symbols:
-        _known(token.text, known, "a symbol of the grammar", token, where)
-    if draft.within is not None:
-        _known(draft.within.text, lefts, "a nonterminal", draft.within, where)
-    for token in draft.targets:
-        thing = reading.activity.thing
-        things = [thing.name] if thing else []
-        targets = {*ROLES, *reading.activity.roles}
-        if draft.kind != "synchronisation":
-            targets |= {*reading.activity.places, *things}
-        advice = f"Declare it: 'place {token.text}'."
-        _known(token.text, targets, "a place or a role", token, where, advice)
-    for token in draft.actions:
-        _known(token.text, set(reading.terminals), "a terminal", token, where)
+def _refuse(where: str, expected: str, advice: str) -> NoReturn:
+    raise SceneError(f"{where}: expected {expected}, found none. {advice}")
 
 
-def _check_probabilities(reading: _Text) -> None:
+def _check_probabilities(reading: GrammarReading) -> None:
     """Check that stated probabilities of a symbol's alternatives leave a share for the others."""
     rows: dict[str, list[float | None]] = {}
     for left, _, chance in reading.alternatives:
@@ -498,82 +201,52 @@ def _check_probabilities(reading: _Text) -> None:
     for left, chances in rows.items():
         stated = [chance for chance in chances if chance is not None]
         total, all_stated = math.fsum(stated), len(stated) == len(chances)
+        what = f"probabilities of {left} that sum to {'' if all_stated else 'less than '}1"
         if stated and (total > 1.0 + _SLACK or (all_stated and total < 1.0 - _SLACK)):
-            what = f"probabilities of {left} that sum to {'' if all_stated else 'less than '}1"
-            token, advice = reading.lines[left], "Correct them, or leave some of them out."
-            place = f"{reading.where}:{token.line}:{token.column}"
-            refuse(place, what, f"a sum of {total:g}", advice)
+            advice = "Correct them, or leave some of them out."
+            reading.fail(reading.lines[left], what, advice, f"a sum of {total:g}")
         if stated and not all_stated and total > 1.0 - 1e-9:
-            token = reading.lines[left]
             advice = "Leave a remainder for the alternatives without a probability."
-            what = f"probabilities of {left} that sum to less than 1"
-            refuse(f"{reading.where}:{token.line}:{token.column}", what, f"{total:g}", advice)
+            reading.fail(reading.lines[left], what, advice, f"{total:g}")
 
 
-def _known(
-    name: str, known: Iterable[str], expected: str, token: Token, where: str, advice: str = ""
-) -> None:
-    """Refuse a name that is not among the known ones, and suggest a similar one."""
-    if name not in known:
-        near = suggestion(name, sorted(known)).strip()
-        _refuse_at(
-            token, where, expected, near or advice or "Write its rules, or correct the name."
-        )
-
-
-def _refuse_at(token: Token, where: str, expected: str, advice: str) -> None:
-    refuse(f"{where}:{token.line}:{token.column}", expected, str(token), advice)
-
-
-def _refuse_endless(grammar: Grammar, reading: _Text) -> None:
+def _refuse_endless(grammar: Grammar, reading: GrammarReading) -> None:
     """Refuse nonterminals that derive no finite string."""
     productive = productive_symbols(grammar)
     for left in grammar.nonterminals:
         if left not in productive:
-            token = reading.lines[left]
-            raise SceneError(
-                f"{reading.where}:{token.line}:{token.column}: expected {left} to end in actions,"
-                f" but every rule of it leads to a symbol that never ends."
-                f" Add an alternative of terminals, such as '| {EMPTY}'."
-            )
+            what, found = f"{left} to end in actions", "only rules that lead to what never ends"
+            advice = f"Add an alternative of terminals, such as '| {EMPTY}'."
+            reading.fail(reading.lines[left], what, advice, found)
 
 
-def _annotations(reading: _Text) -> Iterable[Annotation]:
+def _annotations(reading: GrammarReading) -> Iterable[Annotation]:
     """Yield every rule at each of its symbols, with default moments and weights filled in."""
-    for draft in reading.rules:
-        for symbol in draft.symbols:
-            within = draft.within.text if draft.within else ""
-            rule = _completed(draft.rule, draft, symbol.text, reading)
-            yield Annotation(symbol.text, rule, within, symbol.line)
+    for draft in reading.drafts:
+        for token in draft.symbols:
+            rule = _completed(draft, token, reading)
+            yield Annotation(str(token), rule, str(draft.within or ""), token.line or 0)
 
 
-def _completed(rule: SemanticRule, draft: Draft, symbol: str, reading: _Text) -> SemanticRule:
+def _completed(draft: Draft, token: Token, reading: GrammarReading) -> SemanticRule:
     """Return the rule with its default weight and moment filled in."""
+    rule, symbol = draft.rule, str(token)
     if math.isnan(rule.weight):
-        default = reading.kinds.get(draft.kind, type(rule).weight)
-        rule = replace(rule, weight=default)
+        weight = reading.weight.get(RULE_NAMES[type(rule)], type(rule).weight)
+        rule = replace(rule, weight=weight)
     event = reading.terminals[symbol][0].event if symbol in reading.terminals else ""
-    if rule.moment.name:
-        if rule.moment.name not in (START, END, THROUGHOUT, event):
-            _refuse_moment(rule.moment.name, draft, symbol, reading)
+    if moment := rule.moment.name:
+        if moment not in (START, END, THROUGHOUT, event):
+            moments = ", ".join([START, END, THROUGHOUT, *([event] * bool(event))])
+            advice = "Name the instant at one of its actions."
+            if symbol in reading.terminals:
+                advice = f"Write 'event {moment}' after the words of {symbol}."
+            advice = f"Write 'at {event}'." if event else advice
+            what = f"a moment of {symbol} ({moments})"
+            reading.fail(draft.symbols[0], what, advice, repr(moment))
         return rule
     if isinstance(rule, SynchronisationRule) and not event:
-        token = draft.symbols[0]
-        _refuse_at(
-            token,
-            reading.where,
-            "an action with an instant to synchronise",
-            f"Write 'event contact' after {symbol}'s words, or 'at start' after the rule.",
-        )
+        what = "an action with an instant to synchronise"
+        advice = f"Write 'event contact' after {symbol}'s words, or 'at start' after the rule."
+        reading.fail(draft.symbols[0], what, advice)
     return replace(rule, moment=Moment(event or THROUGHOUT))
-
-
-def _refuse_moment(moment: str, draft: Draft, symbol: str, reading: _Text) -> None:
-    """Refuse an instant that the symbol's clips do not have; its rule would never be evaluated."""
-    token, known = draft.symbols[0], reading.terminals.get(symbol)
-    event = known[0].event if known else ""
-    what = f"a moment of {symbol} ({', '.join([START, END, THROUGHOUT, *([event] * bool(event))])})"
-    advice = f"Write 'event {moment}' after the words of {symbol}." if known else ""
-    advice = advice if not event else f"Write 'at {event}'."
-    place = f"{reading.where}:{token.line}:{token.column}"
-    refuse(place, what, repr(moment), advice or "Name the instant at one of its actions.")

@@ -19,7 +19,7 @@ from collections.abc import Collection
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
-from motiondb.errors import SceneError, suggestion
+from motiondb.errors import Fault, SceneError, suggestion
 from motiondb.grammar.cfg.context_free import Grammar
 from motiondb.scene.language.activity import GIVE, SEND, Activity
 from motiondb.scene.language.semantic_rules import SemanticRule, Weights
@@ -119,11 +119,10 @@ class MotionGrammar:
         for start in self.starts:
             if start.team in ("", team):
                 return start.symbol
-        raise SceneError(
-            f"{self.name}: expected a start symbol for the role {team!r}, found only"
-            f" {', '.join(s.symbol + ' for ' + s.team for s in self.starts)}."
-            f" Add a line 'start SYMBOL for {team}', or leave the role out."
-        )
+        found = f"only {', '.join(s.symbol + ' for ' + s.team for s in self.starts)}"
+        advice = f"Add a line 'start SYMBOL for {team}', or leave the role out."
+        fault = Fault(f"a start symbol for the role {team!r}", found, advice)
+        raise SceneError(fault, where=self.name)
 
     def started(self, start: str = "") -> Grammar:
         """Return the context-free grammar from one of the start symbols (the first by default).

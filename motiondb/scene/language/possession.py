@@ -16,7 +16,7 @@ import math
 from collections.abc import Iterator
 from itertools import combinations
 
-from motiondb.errors import SceneError, suggestion
+from motiondb.errors import Fault, SceneError, suggestion
 from motiondb.scene.language.activity import (
     KEEPING,
     LOSING,
@@ -33,13 +33,9 @@ from motiondb.scene.language.tactics import BODY_WIDTH, Act, Diagram, Element, P
 
 def check_diagram(diagram: Diagram, where: str = "") -> None:
     """Refuse a diagram that cannot be played, and name all its faults."""
-    where = where or diagram.name
-    faults = list(_name_faults(diagram, where)) or [
-        *_place_faults(diagram, where),
-        *_ball_faults(diagram, where),
-    ]
+    faults = list(_name_faults(diagram)) or [*_place_faults(diagram), *_ball_faults(diagram)]
     if faults:
-        raise SceneError("\n".join(faults))
+        raise SceneError(*faults, where=where or diagram.name)
 
 
 def first_holder(diagram: Diagram) -> str:
@@ -108,37 +104,35 @@ def _holders(diagram: Diagram) -> Iterator[tuple[str, Element | None]]:
                 break
 
 
-def _fault(where: str, element: Element, expected: str, actual: str, advice: str) -> str:
-    return f"{where}:{element.line}: '{element}': expected {expected}, found {actual}. {advice}"
+def _fault(
+    element: Element, expected: str, found: str, advice: str, code: str = "", **fields: str
+) -> Fault:
+    return Fault(expected, found, advice, element.line, 0, str(element), code, fields)
 
 
-def _name_faults(diagram: Diagram, where: str) -> Iterator[str]:
+def _name_faults(diagram: Diagram) -> Iterator[Fault]:
     """Yield the faults of players who do not exist or are of the wrong team."""
     names = list(diagram.player)
     everybody = f"one of the players {', '.join(names)}"
     taken = {*ROLES, *(place for place, _ in diagram.places)}
     for player in diagram.players:
         if player.name in taken:
-            yield (
-                f"{where}:{player.line}: '{player.name}': expected a player's name, found the "
-                f"name of a place or a role in rules. Choose another name."
-            )
+            found = "the name of a place or a role in rules"
+            yield _of_player(player, "a player's name", found, "Choose another name.")
         if player.guards in names:
-            yield from _guard_faults(diagram, player, where)
+            yield from _guard_faults(diagram, player)
         if player.guards and player.guards not in names:
-            yield (
-                f"{where}:{player.line}: '{player.name} guards {player.guards}': expected"
-                f" {everybody}, found {player.guards!r}."
-                f"{suggestion(player.guards, names) or ' Add the player.'}"
-            )
+            advice = (suggestion(player.guards, names) or " Add the player.").strip()
+            subject = f"{player.name} guards {player.guards}"
+            yield Fault(everybody, repr(player.guards), advice, player.line, 0, subject)
     if diagram.ball and diagram.ball not in names:
-        near = suggestion(diagram.ball, names) or " Add the player."
-        yield f"{where}: 'ball {diagram.ball}': expected {everybody}, found {diagram.ball!r}.{near}"
-    yield from _stretch_faults(diagram, everybody, where)
+        near = (suggestion(diagram.ball, names) or " Add the player.").strip()
+        yield Fault(everybody, repr(diagram.ball), near, subject=f"ball {diagram.ball}")
+    yield from _stretch_faults(diagram, everybody)
     for element in diagram.elements:
         unknown = [n for n in (element.player, element.other) if n and n not in names]
         if not unknown:
-            yield from _team_faults(diagram, element, where)
+            yield from _team_faults(diagram, element)
             continue
         what, advice = everybody, "Add the player, or name another."
         role = diagram.verb(element).role
@@ -147,49 +141,47 @@ def _name_faults(diagram: Diagram, where: str) -> Iterator[str]:
             what += f", or of the places {named}" if named else ", or a place"
             advice = f"Add 'place {unknown[0]} at X Z', or the player."
         near = suggestion(unknown[0], names).strip() or advice
-        yield _fault(where, element, what, repr(unknown[0]), near)
+        yield _fault(element, what, repr(unknown[0]), near)
 
 
-def _stretch_faults(diagram: Diagram, everybody: str, where: str) -> Iterator[str]:
+def _stretch_faults(diagram: Diagram, everybody: str) -> Iterator[Fault]:
     names = list(diagram.player)
     for stretch in diagram.stretches:
         for name in (stretch.player, stretch.other):
             if name and name not in names:
                 near = suggestion(name, names).strip() or "Add the player, or name another."
-                place = f"{where}:{stretch.line}: '{stretch}'"
-                yield f"{place}: expected {everybody}, found {name!r}. {near}"
+                yield Fault(everybody, repr(name), near, stretch.line, 0, str(stretch))
 
 
-def _guard_faults(diagram: Diagram, player: Player, where: str) -> Iterator[str]:
+def _guard_faults(diagram: Diagram, player: Player) -> Iterator[Fault]:
     guarded = diagram.player[player.guards]
     leader = diagram.activity.leader_of(player.team)
     actual = "a team-mate" if guarded.team == player.team != PLAYER and not leader else ""
     actual = "the player themselves" if guarded == player else actual
     if actual:
-        yield (
-            f"{where}:{player.line}: '{player.name} guards {guarded.name}': expected an opponent"
-            f" of {player.name}, found {actual}. Name a player of the other team."
-        )
+        advice = "Name a player of the other team."
+        subject = f"{player.name} guards {guarded.name}"
+        yield Fault(f"an opponent of {player.name}", actual, advice, player.line, 0, subject)
 
 
-def _team_faults(diagram: Diagram, element: Element, where: str) -> Iterator[str]:
+def _team_faults(diagram: Diagram, element: Element) -> Iterator[Fault]:
     if not element.other:
         return
     role = diagram.verb(element).role
     one, other = diagram.player[element.player], diagram.player[element.other]
     if one.name == other.name:
         what, advice = "two players", f"{one.name} cannot do this to themselves."
-        yield _fault(where, element, what, f"{one.name} twice", advice)
+        yield _fault(element, what, f"{one.name} twice", advice)
     elif role == RECEIVER and one.team != other.team:
         what = f"a receiver of the team of {one.name}"
         actual = f"{other.name}, who plays against {one.name}"
-        yield _fault(where, element, what, actual, "Choose a team-mate.")
+        yield _fault(element, what, actual, "Choose a team-mate.")
     elif role == OPPONENT and one.team == other.team != PLAYER:
         what, actual = f"an opponent of {one.name}", f"{other.name}, a team-mate"
-        yield _fault(where, element, what, actual, "Name a player of the other team.")
+        yield _fault(element, what, actual, "Name a player of the other team.")
 
 
-def _place_faults(diagram: Diagram, where: str) -> Iterator[str]:
+def _place_faults(diagram: Diagram) -> Iterator[Fault]:
     """Yield the faults of points off the ground and of players at one point."""
     court = diagram.court
     left, right, back, front = court.corners
@@ -197,64 +189,76 @@ def _place_faults(diagram: Diagram, where: str) -> Iterator[str]:
     advice = "x grows to the right and z down the page. Move it, or make the ground larger."
     for player in diagram.players:
         if not court.holds(player.at):
-            yield (
-                f"{where}:{player.line}: '{player.name}': expected {what},"
-                f" found {_point(player.at)}. {advice}"
-            )
+            yield _of_player(player, what, _point(player.at), advice)
     for one, other in combinations(diagram.players, 2):
         apart = math.hypot(one.at.x - other.at.x, one.at.z - other.at.z)
         if apart < BODY_WIDTH:
-            yield (
-                f"{where}:{other.line}: '{other.name}': expected a place at least {BODY_WIDTH:g} m"
-                f" from {one.name} (line {one.line}), found {apart:.2g} m. Players this close "
-                f"touch each other: move one of them."
-            )
+            least, found = f"{BODY_WIDTH:g} m", f"{apart:.2g} m"
+            what = f"a place at least {least} from {one.name} (line {one.line})"
+            touch = "Players this close touch each other: move one of them."
+            fields = {"least": least, "other": one.name, "apart": found}
+            yield _of_player(other, what, found, touch, "too_near", **fields)
     for element in diagram.elements:
         for spot in (*element.via, *([element.to] if element.to else [])):
             if not court.holds(spot):
-                yield _fault(where, element, what, _point(spot), advice)
+                yield _fault(element, what, _point(spot), advice)
+
+
+def _of_player(
+    player: Player, expected: str, found: str, advice: str, code: str = "", **fields: str
+) -> Fault:
+    return Fault(expected, found, advice, player.line, 0, player.name, code, fields)
 
 
 def _point(spot: Spot) -> str:
     return f"{spot.x:g} {spot.z:g}"
 
 
-def _ball_faults(diagram: Diagram, where: str) -> Iterator[str]:
+def _ball_faults(diagram: Diagram) -> Iterator[Fault]:
     """Yield the faults of passes back in time, and of balls that players do not have."""
     for element in diagram.elements:
         if element.caught and element.caught < element.step:
             what = f"a step from {element.step} on for the catch"
             actual = f"step {element.caught}, back in time"
-            yield _fault(where, element, what, actual, "A pass is caught after it is thrown.")
+            yield _fault(element, what, actual, "A pass is caught after it is thrown.")
     holders = list(_holders(diagram))
     if len(holders) > 1:
-        yield _two_holders(holders, where, thing_of(diagram))
+        yield _two_holders(holders, thing_of(diagram))
         return
     for name, acts in diagram.acts.items():
         held = has_ball(diagram, name)
         given: Element | None = None
         for act, ball in zip(acts, held, strict=True):
-            yield from _act_faults(diagram, act, (name, ball, given), where)
+            yield from _act_faults(diagram, act, (name, ball, given))
             if not act.part and not _after(diagram, act, True):
                 given = diagram.elements[act.element]
 
 
-def _two_holders(holders: list[tuple[str, Element | None]], where: str, thing: str) -> str:
+def _two_holders(holders: list[tuple[str, Element | None]], thing: str) -> Fault:
+    told = [(name, str(element or f"{thing} {name}"), element) for name, element in holders]
     because = [
-        f"{name} ('{element}', line {element.line})" if element else f"{name} ('{thing} {name}')"
-        for name, element in holders
+        f"{name} ('{done}'{f', line {element.line}' if element else ''})"
+        for name, done, element in told
     ]
-    element = holders[-1][1]
-    line = f":{element.line}" if element else ""
-    return (
-        f"{where}{line}: '{element}': expected one player with the {thing} at the beginning, found"
-        f" {len(holders)}: {' and '.join(because)}. Let it be given to {holders[-1][0]} before."
+    last = holders[-1][1]
+    return Fault(
+        f"one player with the {thing} at the beginning",
+        f"{len(holders)}: {' and '.join(because)}",
+        f"Let it be given to {holders[-1][0]} before.",
+        last.line if last else 0,
+        subject=str(last),
+        code="two_holders",
+        fields={
+            "thing": thing,
+            "count": str(len(holders)),
+            "who": " and ".join(f"{name} ('{done}')" for name, done, _ in told),
+        },
     )
 
 
 def _act_faults(
-    diagram: Diagram, act: Act, who: tuple[str, bool, Element | None], where: str
-) -> Iterator[str]:
+    diagram: Diagram, act: Act, who: tuple[str, bool, Element | None]
+) -> Iterator[Fault]:
     """Yield the faults of one act: with the object, or without it, where it must not be."""
     name, ball, given = who
     element, thing = diagram.elements[act.element], thing_of(diagram)
@@ -263,25 +267,23 @@ def _act_faults(
     free = not act.part and all(diagram.activity.free(form) for form in diagram.forms(element))
     if ((act.part and _after(diagram, act, False)) or takes) and ball:
         actual = f"{name} with the {thing} already"
-        yield _fault(
-            where,
-            element,
-            f"a receiver without the {thing}",
-            actual,
-            "Let it be given away before.",
-        )
+        what = f"a receiver without the {thing}"
+        yield _fault(element, what, actual, "Let it be given away before.")
     elif not act.part and _needs(diagram, element) and not ball:
         gone = f"{name} without the {thing}"
         if given is not None:
             gone += f" since '{given}' (line {given.line})"
-        yield _fault(where, element, what, gone, "Let it be given back.")
+        fields = {"player": name, "thing": thing, "since": str(given or "")}
+        yield _fault(element, what, gone, "Let it be given back.", "empty_handed", **fields)
     elif takes and not (diagram.activity.thing and diagram.activity.thing.at):
         advice = f"Give it to {name} instead, or say where it lies: 'object {thing} at PLACE'."
-        yield _fault(where, element, f"a {thing} to take", "none that lies anywhere", advice)
+        yield _fault(element, f"a {thing} to take", "none that lies anywhere", advice)
     elif free and ball:
         advice = f"Choose an action that keeps the {thing}, or let it be given away before."
         actual = f"{name} with it"
-        yield _fault(where, element, f"{name} without the {thing}", actual, advice)
+        fields = {"player": name, "thing": thing}
+        what = f"{name} without the {thing}"
+        yield _fault(element, what, actual, advice, "hands_full", **fields)
 
 
 def thing_of(diagram: Diagram) -> str:

@@ -31,7 +31,6 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from motiondb.records import FloatArray
 
@@ -152,25 +151,6 @@ class Weights:
     effort: float = math.inf
 
 
-def position_error(position: FloatArray, target: FloatArray) -> FloatArray:
-    """Return f_pos, m, of places (..., 2) on the ground.
-
-    >>> float(position_error(np.array([3.0, 0.0]), np.array([0.0, 4.0])))
-    5.0
-    """
-    return np.asarray(np.linalg.norm(position - target, axis=-1))
-
-
-def direction_error(heading: FloatArray, wanted: FloatArray) -> FloatArray:
-    """Return f_dir, radians in [0, pi]: the smallest turn from one heading to the other.
-
-    >>> bool(np.isclose(direction_error(np.radians(350.0), np.radians(-330.0)), np.radians(40.0)))
-    True
-    """
-    turn = np.mod(np.subtract(heading, wanted), 2.0 * math.pi)
-    return np.asarray(np.minimum(turn, 2.0 * math.pi - turn))
-
-
 def bearing(position: FloatArray, target: FloatArray) -> FloatArray:
     """Return the headings (...), radians, from places (..., 2) to targets (..., 2), m.
 
@@ -181,32 +161,13 @@ def bearing(position: FloatArray, target: FloatArray) -> FloatArray:
     return np.asarray(np.arctan2(away[..., 0], away[..., 1]))
 
 
-def synchronisation_error(first: ArrayLike, second: ArrayLike, lag: ArrayLike) -> FloatArray:
-    """Return f_synch, s: the deviation of the time from ``first`` to ``second`` from ``lag``.
-
-    >>> round(float(synchronisation_error(1.0, 1.5, 0.4)), 6)
-    0.1
-    """
-    return np.asarray(np.abs(np.subtract(second, first) - lag))
-
-
-def distance_error(position: FloatArray, target: FloatArray, near: float, far: float) -> FloatArray:
-    """Return f_dist: 0 if the distance is in [near, far] metres, 1 elsewhere.
-
-    >>> distance_error(np.array([[0.0, 2.5], [0.0, 2.6]]), np.zeros(2), 0.0, 2.5).tolist()
-    [0.0, 1.0]
-    """
-    distance = position_error(position, target)
-    return np.where((distance >= near) & (distance <= far), 0.0, 1.0)
-
-
 def line_error(position: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
     """Return f_line, m: the distances of places (..., 2) from the segment between two points.
 
     >>> line_error(np.array([[1.0, 1.0], [3.0, 0.0]]), np.zeros(2), np.array([2.0, 0.0])).tolist()
     [1.0, 1.0]
     """
-    return position_error(position, nearest_on_line(position, first, second))
+    return np.asarray(np.linalg.norm(position - nearest_on_line(position, first, second), axis=-1))
 
 
 def nearest_on_line(position: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
@@ -219,12 +180,3 @@ def nearest_on_line(position: FloatArray, first: FloatArray, second: FloatArray)
     length = np.maximum(np.sum(along * along, axis=-1), SMALLEST)
     share = np.clip(np.sum(np.subtract(position, first) * along, axis=-1) / length, 0.0, 1.0)
     return np.add(first, share[..., None] * along)
-
-
-def flight_time(thrown: FloatArray, caught: FloatArray) -> FloatArray:
-    """Return the seconds that a passed ball flies between places (..., 2), m.
-
-    >>> float(flight_time(np.array([0.0, 0.0]), np.array([0.0, 4.0])))
-    0.5
-    """
-    return position_error(thrown, caught) / PASS_SPEED

@@ -21,20 +21,25 @@
     D1 keeps moving
     step 3 comes 0.6 s after 2
 
-Verbs are the actions of the grammar, and those that it declares (:mod:`.activity_text`).
+Verbs are the actions of the grammar, and those that it declares (:mod:`.grammar_file`).
 """
 
 from __future__ import annotations
 
+import re
+from collections.abc import Collection
 from dataclasses import replace
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
 
-from motiondb.errors import suggestion
-from motiondb.scene.language.activity import Activity, Ground, Step, Verb
-from motiondb.scene.language.activity_text import LARGEST, read_extent, read_spot
+from motiondb.errors import Fault, SceneError, suggestion
+from motiondb.scene.language.activity import Activity, Ground, Step
 from motiondb.scene.language.possession import check_diagram
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import DOES, Diagram, Element, Player, Stretch
-from motiondb.scene.language.tokens import Cursor, refuse, statements
+from motiondb.scene.language.texts import LARGEST, Quantity, Reading, read_statements
+
+if TYPE_CHECKING:
+    from lark import Token
 
 # Writing tactics diagrams as text, which :func:`read_diagram` reads again.
 
@@ -114,19 +119,16 @@ def _step(step: Step) -> str:
 
 
 _KEYWORDS = ("diagram", "grammar", "court", "ground", "place", "step")
-_ONCE = ("diagram", "grammar", "court", "ground", "place")
 _LONGEST_NAME = 60  # Most characters of a player's name, which becomes part of the names of files
-_LAST_STEP = 10_000  # Largest step. A larger number is a slip;
+_LAST_STEP = 10_000  # Largest step. A larger number is a slip
 _LONGEST_TIME = 60.0  # Longest time between two steps, s
-_FOLLOWING = ("guards", "follows")
+_GRAMMAR = re.compile(r"^[ \t]*grammar[ \t]+([^\W\d]\w*(?:-\w+)*)", re.MULTILINE)
 
 
-def grammar_name(text: str, where: str = "diagram") -> str:
+def grammar_name(text: str) -> str:
     """Return the name of the grammar that a diagram's text is played by."""
-    for cursor in statements(text, where):
-        if cursor.here.text == "grammar" and cursor.after.kind == "name":
-            return cursor.after.text
-    return Diagram.grammar
+    match = _GRAMMAR.search(text)
+    return match[1] if match else Diagram.grammar
 
 
 def read_diagram(text: str, where: str = "diagram", activity: Activity | None = None) -> Diagram:
@@ -142,221 +144,189 @@ def read_diagram(text: str, where: str = "diagram", activity: Activity | None = 
 
 def parse_diagram(text: str, where: str = "diagram", activity: Activity | None = None) -> Diagram:
     """Read a diagram from its text, whether or not it can be played."""
-    diagram = Diagram("", (), (), activity=activity or Activity())
-    said: dict[str, int] = {}
-    for cursor in statements(text, where):
-        if cursor.here.kind == "number":
-            diagram = replace(diagram, elements=(*diagram.elements, _read_element(cursor, diagram)))
-        else:
-            _refuse_repetition(cursor, said)
-            diagram = _read_keyword(cursor, diagram)
-        cursor.done("Write one statement a line.")
+    reading = _DiagramReading(where, activity or Activity())
+    read_statements("diagram", text, reading)
+    diagram = reading.diagram
     if not diagram.players:
-        refuse(where, "at least one player", "none", f"Write '{_some_team(diagram)} A1 at 0 8'.")
-    return replace(diagram, name=diagram.name or where)
+        team = diagram.activity.teams[0]
+        advice = f"Write '{team} A1 at 0 8'."
+        raise SceneError(Fault("at least one player", "none", advice, code="nobody"), where=where)
+    elements = tuple(_aimed(element, diagram) for element in diagram.elements)
+    return replace(diagram, name=diagram.name or where, elements=elements)
 
 
-def _refuse_repetition(cursor: Cursor, said: dict[str, int]) -> None:
-    """Refuse a second statement of a kind that is allowed only once."""
-    key = cursor.here.text
-    if key in _ONCE:
-        key = f"place {cursor.after.text}" if key == "place" else key
-        cursor.once(said, {"court": "ground"}.get(key, key), f"{key!r} once")
+def _aimed(element: Element, diagram: Diagram) -> Element:
+    """Return an element about a place, where its name is that of a place and of no player."""
+    is_place = element.other in dict(diagram.places) or element.other in diagram.activity.place
+    if not is_place or element.other in diagram.player:
+        return element
+    return replace(element, other="", target=element.other)
 
 
-def _some_team(diagram: Diagram) -> str:
-    return diagram.activity.teams[0]
+class _DiagramReading(Reading):
+    """The statements of a diagram (``diagram.lark``) read so far."""
 
+    advice: ClassVar = {
+        "NAME": "See the format of diagrams.",
+        "_DIAGRAM": 'Write diagram "Give and Go".',
+        "_GRAMMAR": "Write 'grammar basketball'.",
+        "_PLACE": "Write 'place bench at 6 2'.",
+        "_STEP": "Write 'step 3 comes 0.6 s after 2'.",
+        "_KEEPS": "Write 'A1 keeps 0.5 m .. 2 m to A2 from 1 to 4', or 'A1 keeps moving'.",
+        "_DOES": "Write '1 does A1 walk* then bow | wave'.",
+        "_GROUND": "Write width and length in metres: 'ground 8 x 6'.",
+        "_COURT": "Write width and length in metres: 'court 8 x 6'.",
+        "STEP": "Write '1 pass A1 to A2'.",
+        "HEAD": "Write 'attack A1 at 0 8'.",
+    }
+    expected: ClassVar = {
+        "TEXT": "the diagram's title in quotes",
+        "WHO": "a player's name",
+        "AIM": "a player's or a place's name",
+        "VERB": "what is done",
+        "ACTION": "an action",
+        "X": "x, metres",
+        "Z": "z, metres",
+    }
 
-def _read_keyword(cursor: Cursor, diagram: Diagram) -> Diagram:
-    token, activity = cursor.take(), diagram.activity
-    thing = _thing(activity)
-    # without roles in the grammar any word is one
-    is_open = not activity.roles and cursor.here.kind == "name" and cursor.after.text == "at"
-    if token.text in _KEYWORDS:
-        pass
-    elif token.text == thing and token.kind == "name" and cursor.here.kind == "name":
-        if diagram.ball:
-            cursor.fail(f"'{thing}' once", "Leave one of the lines out.", token)
-        return replace(diagram, ball=cursor.name("a player's name", f"Write '{thing} A1'."))
-    elif token.kind == "name" and cursor.meets("keeps"):
-        stretch = _read_stretch(cursor, token.text, token.line)
-        return replace(diagram, stretches=(*diagram.stretches, stretch))
-    elif token.kind == "name" and (token.text in activity.teams or is_open):
-        player = _read_player(cursor, diagram, token.text)
-        return replace(diagram, players=(*diagram.players, player))
-    else:
+    def __init__(self, where: str, activity: Activity) -> None:
+        super().__init__(where)
+        self.diagram = Diagram("", (), (), activity=activity)
+
+    def advise(self, before: list[Token]) -> str:
+        """Return what to do; for an element, how it is written with a link."""
+        if len(before) > 2 and before[1].type == "VERB":
+            link = self.diagram.activity.verb(before[1]).link or "to"
+            return f"Write '{' '.join(before[:3])} {link} D1'."
+        return super().advise(before)
+
+    def _add(self, **more: Any) -> None:  # noqa: ANN401
+        self.diagram = replace(self.diagram, **more)
+
+    def _diagram(self, word: Token, title: Token) -> None:
+        self.once(word, "diagram", "'diagram' once")
+        self._add(name=title.strip('"'))
+
+    def _grammar(self, word: Token, name: Token) -> None:
+        self.once(word, "grammar", "'grammar' once")
+        self._add(grammar=str(name))
+
+    def _ground(self, word: Token, said: Token | tuple[float, float]) -> None:
+        self.once(word, "ground", f"'{word}' once")
+        named = self.diagram.activity.ground.name
+        if isinstance(said, tuple):
+            self._add(ground=Ground.field(*said))
+        elif said != (named or "half"):  # as older diagrams say of any ground
+            advice = f"Write width and length in metres: '{word} 8 x 6'"
+            advice += f", or '{word} {named}'." if named else "."
+            what = f"the ground of the grammar ({named})" if named else "a size"
+            self.fail(said, what, suggestion(said, [named]).strip() or advice)
+
+    def _place(self, word: Token, name: Token, _: Token, x: Token, z: Token) -> None:
+        self.once(word, f"place {name}", f"'place {name}' once")
+        spot = self._spot(x, z)
+        if max(abs(spot.x), abs(spot.z)) > LARGEST:
+            self.fail(x, f"a place within {LARGEST:g} metres", "Lengths are metres.")
+        self._add(own_places=(*self.diagram.own_places, (str(name), spot)))
+
+    def _number_of(self, token: Token) -> int:
+        value = self.number(token)
+        if value != int(value) or not 1 <= value <= _LAST_STEP:
+            end = f"to {_LAST_STEP}" if value > _LAST_STEP else "on"
+            self.fail(token, f"a whole number from 1 {end}", "Steps are counted 1, 2, 3.")
+        return int(value)
+
+    def _times(self, later: Token, lag: Quantity, earlier: Token) -> None:
+        step, since = self._number_of(later), self._number_of(earlier)
+        if since >= step or not 0.0 <= lag[0] <= _LONGEST_TIME:
+            what = f"a step before {step}, and a time from 0 to {_LONGEST_TIME:g} s"
+            self.fail(earlier, what, self.advice["_STEP"])
+        self._add(times=(*self.diagram.times, (step, lag[0], since)))
+
+    def _keeps(self, who: Token, near: Token | Quantity, *more: Any) -> None:  # noqa: ANN401
+        *others, first, last = more
+        stretch = Stretch(str(who), line=who.line or 0)
+        if isinstance(near, tuple):
+            far, other = others
+            if not 0.0 <= near[0] <= far[0]:
+                what = "distances of 0 or more, the nearer first"
+                self.fail(near[1], what, self.advice["_KEEPS"])
+            stretch = replace(stretch, near=near[0], far=far[0], other=str(other))
+        if first:
+            stretch = replace(stretch, first=self._number_of(first), last=self._number_of(last))
+            if stretch.last < stretch.first:
+                self.fail(first, "an earlier step first", self.advice["_KEEPS"])
+        self._add(stretches=(*self.diagram.stretches, stretch))
+
+    def _held(self, word: Token, who: Token, *more: object) -> None:
+        activity, thing = self.diagram.activity, _thing(self.diagram.activity)
+        if word == thing and not any(more):
+            if self.diagram.ball:
+                self.fail(word, f"'{thing}' once", "Leave one of the lines out.")
+            self._add(ball=str(who))
+            return
         words = (*_KEYWORDS, *([thing] if thing else []), *activity.teams)
-        near = suggestion(token.text, words).strip()
-        if token.text in activity.verbs:
-            near = f"Write the step before it: '1 {token.text} ...'."
+        near = suggestion(word, words).strip()
+        if word in activity.verbs:
+            near = f"Write the step before it: '1 {word} ...'."
         what = f"a step's number, or one of {', '.join(words)}"
-        cursor.fail(what, near or "See the format of diagrams.", token)
-    return _read_head(cursor, diagram, token.text)
+        self.fail(word, what, near or "See the format of diagrams.")
 
+    def _player(self, team: Token, name: Token, at: Spot, _: object, guards: Token | None) -> None:
+        activity = self.diagram.activity
+        if activity.roles and team not in activity.teams:  # without roles any word is one
+            self._held(team, name, at)
+        for other in self.diagram.players:  # some file systems do not tell upper from lower case
+            if other.name.casefold() == name.casefold():
+                self.fail(name, "a name of their own", f"Line {other.line} has the same.")
+        if len(name) > _LONGEST_NAME:
+            self.fail(name, f"a name of at most {_LONGEST_NAME} characters", "Shorten it.")
+        player = Player(str(name), str(team), at, str(guards or ""), team.line or 0)
+        self._add(players=(*self.diagram.players, player))
 
-def _read_head(cursor: Cursor, diagram: Diagram, word: str) -> Diagram:
-    """Read what follows one of the keywords."""
-    if word == "diagram":
-        if cursor.here.kind != "text":
-            cursor.fail("the diagram's title in quotes", 'Write diagram "Give and Go".')
-        return replace(diagram, name=cursor.take().text)
-    if word == "grammar":
-        name = cursor.name("a grammar's name", "Write 'grammar basketball'.")
-        return replace(diagram, grammar=name)
-    if word in ("court", "ground"):
-        return replace(diagram, ground=_read_ground(cursor, diagram.activity, word))
-    if word == "step":
-        return replace(diagram, times=(*diagram.times, _read_time(cursor)))
-    name = cursor.name("a place's name", "Write 'place bench at 6 2'.")
-    cursor.expect("at", "Write 'place bench at 6 2'.")
-    others = tuple(pair for pair in diagram.own_places if pair[0] != name)
-    token = cursor.here
-    spot = read_spot(cursor)
-    if max(abs(spot.x), abs(spot.z)) > LARGEST:
-        cursor.fail(f"a place within {LARGEST:g} metres", "Lengths are metres.", token)
-    return replace(diagram, own_places=(*others, (name, spot)))
+    def _class(self, *names: Token | None) -> Step:
+        *actions, again = names
+        known = self.diagram.activity.actions
+        for action in actions:
+            if action and known and action not in known:
+                self._unknown(action, "an action", known)
+        return Step(tuple(map(str, actions)), again == "*")
 
+    def _unknown(self, name: Token, what: str, known: Collection[str]) -> NoReturn:
+        near = suggestion(name, known).strip() or "See the format of diagrams."
+        self.fail(name, f"{what} ({', '.join(known)})", near)
 
-def _read_ground(cursor: Cursor, activity: Activity, word: str) -> Ground | None:
-    """Read a size, or the name of the grammar's ground: then the result is None."""
-    named = activity.ground.name
-    advice = f"Write width and length in metres: '{word} 8 x 6'"
-    advice += f", or '{word} {named}'." if named else "."
-    if cursor.here.kind == "name":
-        known = (named,) if named else ()
-        if named or cursor.here.text != "half":  # as older diagrams say of any ground
-            cursor.name("the ground of the grammar", advice, known or ("a size",))
-        else:
-            cursor.take()
-        return None
-    return Ground.field(*read_extent(cursor, advice))
+    def _does(self, step: Token, who: Token, *steps: Step) -> None:
+        element = Element(DOES, self._number_of(step), str(who), line=who.line or 0, steps=steps)
+        self._add(elements=(*self.diagram.elements, element))
 
+    def _via(self, *spots: Spot) -> dict[str, Any]:
+        return {"via": spots}
 
-def _read_time(cursor: Cursor) -> tuple[int, float, int]:
-    advice = "Write 'step 3 comes 0.6 s after 2'."
-    step = _read_step(cursor)
-    cursor.expect("comes", advice)
-    most = cursor.quantity("time", "a time")
-    cursor.expect("after", advice)
-    token, since = cursor.here, _read_step(cursor)
-    if since >= step or not 0.0 <= most <= _LONGEST_TIME:
-        cursor.fail(
-            f"a step before {step}, and a time from 0 to {_LONGEST_TIME:g} s", advice, token
-        )
-    return step, most, since
+    def _caught(self, step: Token) -> dict[str, Any]:
+        return {"caught": self._number_of(step)}
 
-
-def _read_stretch(cursor: Cursor, name: str, line: int) -> Stretch:
-    advice = f"Write '{name} keeps 0.5 m .. 2 m to A1 from 1 to 4', or '{name} keeps moving'."
-    stretch = Stretch(name, line=line)
-    if not cursor.meets("moving"):
-        token = cursor.here
-        near = cursor.quantity("length", "a distance, or 'moving'")
-        cursor.expect("..", advice)
-        far = cursor.quantity("length", "a distance")
-        if not 0.0 <= near <= far:
-            cursor.fail("distances of 0 or more, the nearer first", advice, token)
-        cursor.expect("to", advice)
-        stretch = replace(stretch, near=near, far=far, other=cursor.name("a player", advice))
-    if cursor.meets("from"):
-        token, first = cursor.here, _read_step(cursor)
-        cursor.expect("to", advice)
-        last = _read_step(cursor)
-        if last < first:
-            cursor.fail("an earlier step first", advice, token)
-        stretch = replace(stretch, first=first, last=last)
-    return stretch
-
-
-def _read_player(cursor: Cursor, diagram: Diagram, team: str) -> Player:
-    token = cursor.here
-    name = cursor.name("a player's name", f"Write '{team} A1 at 0 8'.")
-    for other in diagram.players:  # some file systems do not distinguish upper and lower case
-        if other.name.casefold() == name.casefold():
-            cursor.fail("a name of their own", f"Line {other.line} has the same.", token)
-    if len(name) > _LONGEST_NAME:
-        cursor.fail(f"a name of at most {_LONGEST_NAME} characters", "Shorten it.", token)
-    cursor.expect("at", f"Write '{team} {name} at 0 8'.")
-    at = read_spot(cursor)
-    guards = ""
-    if cursor.meets(*_FOLLOWING):
-        guards = cursor.name("whom they guard", f"Write 'guards A1' behind {name}.")
-    return Player(name, team, at, guards, token.line)
-
-
-def _read_element(cursor: Cursor, diagram: Diagram) -> Element:
-    step = _read_step(cursor)
-    token, activity = cursor.here, diagram.activity
-    if cursor.meets(DOES):
-        name = cursor.name("a player's name", f"Write '{step} does A1 walk* then bow'.")
-        return Element(DOES, step, name, line=token.line, steps=_read_string(cursor, activity))
-    known = (*activity.verbs, DOES) if activity.actions else ()
-    kind = cursor.name("what is done", "See the format of diagrams.", known)
-    player = cursor.name("a player's name", f"Write '{step} {kind} A1'.")
-    element = Element(kind, step, player, line=token.line)
-    verb = activity.verb(kind)
-    via: list[Spot] = []
-    while cursor.here.kind == "name":
-        word = cursor.here.text
-        if cursor.meets("via"):
-            via.append(read_spot(cursor))
-            while cursor.meets(","):
-                via.append(read_spot(cursor))
-        elif word == "to" and cursor.after.kind == "number":
-            cursor.take()
-            return _whole(cursor, replace(element, via=tuple(via), to=read_spot(cursor)), verb)
-        elif word == "caught" and element.other:
-            cursor.take()
-            element = replace(element, caught=_read_step(cursor))
-        elif element.other or element.target:
-            break
-        else:
-            element = _read_link(cursor, element, verb, diagram)
-    return _whole(cursor, replace(element, via=tuple(via)), verb)
-
-
-def _read_link(cursor: Cursor, element: Element, verb: Verb, diagram: Diagram) -> Element:
-    """Read the other player or the place of an element, such as ``to A2`` or ``at goal``."""
-    written = f"{element.step} {element.kind} {element.player}"
-    if verb.link:
-        cursor.expect(verb.link, f"Write '{written} {verb.link} D1'.")
-    link = verb.link or cursor.take().text
-    name = cursor.name("a player's or a place's name", f"Write '{written} {link} D1'.")
-    places = {*diagram.activity.place, *(place for place, _ in diagram.own_places)}
-    is_place = name in places and name not in diagram.player
-    if is_place:
-        return replace(element, target=name, link=link)
-    return replace(element, other=name, link=link)
-
-
-def _whole(cursor: Cursor, element: Element, verb: Verb) -> Element:
-    """Return an element that has all that its verb needs, or refuse it."""
-    if verb.link and not (element.other or element.target) and verb.role != "target":
-        cursor.expect(
-            verb.link, f"Write '{element.step} {element.kind} {element.player} {verb.link} D1'."
-        )
-    if element.to is None and (verb.must_go or element.via):
-        cursor.expect("to", f"Write where {element.player} goes: 'to 0.5 2'.")
-    return element
-
-
-def _read_string(cursor: Cursor, activity: Activity) -> tuple[Step, ...]:
-    """Read what somebody does: classes of actions, divided by ``then``."""
-    steps: list[Step] = []
-    while not steps or cursor.meets("then"):
-        actions = [cursor.name("an action", "Write 'walk* then bow'.", activity.actions)]
-        while cursor.meets("|"):
-            actions.append(cursor.name("an action", "Write 'bow | wave'.", activity.actions))
-        steps.append(Step(tuple(actions), bool(cursor.meets("*"))))
-    return tuple(steps)
-
-
-def _read_step(cursor: Cursor) -> int:
-    token = cursor.here
-    value = cursor.number("a step", "Write a whole number from 1 on.")
-    if value != int(value) or not 1 <= value <= _LAST_STEP:
-        end = f"to {_LAST_STEP}" if value > _LAST_STEP else "on"
-        what = f"a whole number from 1 {end}"
-        cursor.fail(what, "Steps are counted 1, 2, 3.", token)
-    return int(value)
+    def _element(self, step: Token, kind: Token, who: Token, *tails: Any) -> None:  # noqa: ANN401
+        activity, written = self.diagram.activity, f"{step} {kind} {who}"
+        if activity.actions and kind not in activity.verbs:
+            self._unknown(kind, "what is done", (*activity.verbs, DOES))
+        verb = activity.verb(kind)
+        links = [tail for tail in tails[:-1] if isinstance(tail, tuple)]
+        element = Element(str(kind), self._number_of(step), str(who), line=who.line or 0)
+        *others, goes = tails
+        for tail in others:
+            if isinstance(tail, dict):
+                element = replace(element, **tail)
+        element = replace(element, to=goes[0] if goes else None)
+        for link, name in links:
+            if link != (verb.link or link) or len(links) > 1:
+                what = repr(verb.link) if verb.link else "one player or place"
+                self.fail(link, what, f"Write '{written} {verb.link or link} D1'.")
+            element = replace(element, link=str(link), other=str(name))
+        must_go = element.to is None and (verb.must_go or element.via)
+        if must_go or any(isinstance(tail, Spot) for tail in tails):
+            self.fail(who, f"'to' behind {who}", f"Write where {who} goes: 'to 0.5 2'.", "no way")
+        if verb.link and not links and verb.role != "target":
+            what, advice = f"'{verb.link}' behind {who}", f"Write '{written} {verb.link} D1'."
+            self.fail(who, what, advice, "nobody")
+        self._add(elements=(*self.diagram.elements, element))

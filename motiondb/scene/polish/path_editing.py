@@ -38,7 +38,6 @@ from motiondb.scene.language.semantic_rules import nearest_on_line
 from motiondb.scene.timing.timeline import (
     Timeline,
     contact_frames,
-    frame_values,
     moment_frames,
     target_places,
     wanted_headings,
@@ -188,7 +187,10 @@ def edit_paths(
     turns = [_Held(n_frames, 1) for _ in range(n_players)]
     ways = spliced.places.astype(float)
     frames = [moment_frames(row, before) for row in table.rows]
-    about = [_about(row) for row in table.rows]
+    about = [
+        {int(row[name]) for name in ("player", "target", "other") if row[name] >= 0}
+        for row in table.rows
+    ]
     changed = set(range(n_players))  # a rule about all others held in the round before
     for done in range(MOST_ROUNDS):
         for p in changed:
@@ -208,11 +210,6 @@ def edit_paths(
         if not changed:
             return Edited(timeline, done, True)
     return Edited(timeline, MOST_ROUNDS, False)
-
-
-def _about(row: np.void) -> frozenset[int]:
-    """Return the players whose places a rule depends on."""
-    return frozenset(int(row[name]) for name in ("player", "target", "other") if row[name] >= 0)
 
 
 def _solve(path: FloatArray, wished: FloatArray, turned: _Held, held: _Held) -> FloatArray:
@@ -288,7 +285,7 @@ def _correct(
         other = target_places(row, timeline, frames, "other")
         nearest = nearest_on_line(path[:, :2], target, other)
     away, apart = _apart(path[:, :2], nearest)
-    bad = frame_values(row, timeline, frames) > float(row["weight"]) * BEYOND
+    bad = apart > float(row["weight"]) * BEYOND
     by = away * (float(row["weight"]) * WITHIN - apart)[:, None]
     places[player].move(frames[bad], by[bad])
 

@@ -91,7 +91,7 @@ def polish(
     best = _best(state, library, motions, table, approximate)
     timeline = best.edited.timeline
     acts = thing_acts(state, library, table, timeline)
-    clock = _clock(timeline)
+    clock = np.arange(timeline.n_frames, dtype=float)
     rows = [
         clips.rows(times.source_at(clock))
         for clips, times in zip(best.spliced, best.maps, strict=True)
@@ -170,10 +170,6 @@ def _fault(table: RuleTable, edited: Edited) -> float:
     return excess(table, edited.timeline) + depth + max(float(pace) - _FASTEST, 0.0)
 
 
-def _clock(timeline: Timeline) -> FloatArray:
-    return np.arange(timeline.n_frames, dtype=float)
-
-
 def _edit(
     state: SceneState,
     library: ClipLibrary,
@@ -195,7 +191,10 @@ def _edit(
         maps = edit_times(knots, scheduled.delays, meetings)
         n_frames = _length(state, library, table, maps, playing)
         begins, ends, instants = (
-            tuple(_rounded(m.frame_of(each)) for m, each in zip(maps, asked, strict=True))
+            tuple(
+                np.rint(m.frame_of(each)).astype(np.int64)
+                for m, each in zip(maps, asked, strict=True)
+            )
             for asked in zip(
                 *((each.begins, each.ends, each.instants) for each in playing), strict=True
             )
@@ -251,10 +250,6 @@ def _read(places: FloatArray, at: FloatArray) -> FloatArray:
 def _lasting(places: FloatArray, n_frames: int) -> FloatArray:
     """Return paths (players, any, 3) cut, or with their ends held, to ``n_frames``."""
     return places[:, np.minimum(np.arange(n_frames), places.shape[1] - 1)]
-
-
-def _rounded(frames: FloatArray) -> IntArray:
-    return np.rint(frames).astype(np.int64)
 
 
 def _length(

@@ -58,7 +58,8 @@ def footing(wanted: FloatArray, leading: bool) -> FloatArray:
     n_frames = len(wanted)
     positions = np.repeat(wanted[:1], n_frames, axis=0)
     floor = np.minimum(wanted[0, :, 1], np.quantile(wanted[:, :, 1], 0.2, axis=0))
-    positions[:, :, 1] = floor + (wanted[0, :, 1] - floor) * _fading(n_frames)
+    fading = np.clip(1.0 - np.arange(n_frames) / SWING, 0.0, 1.0)
+    positions[:, :, 1] = floor + (wanted[0, :, 1] - floor) * fading[:, None]
     busy = 0
     for frame in range(1, n_frames - SWING):
         if frame < busy:
@@ -76,11 +77,6 @@ def footing(wanted: FloatArray, leading: bool) -> FloatArray:
         _step(positions[:, foot], wanted[landing, foot], frame)
         busy = frame + SWING
     return positions
-
-
-def _fading(n_frames: int) -> FloatArray:
-    """Return weights from 1 to 0 within a step, array (frames, 1)."""
-    return np.clip(1.0 - np.arange(n_frames) / SWING, 0.0, 1.0)[:, None]
 
 
 def _off(now: FloatArray, wanted: FloatArray) -> float:

@@ -59,7 +59,7 @@ def bootstrap(play: Play, rng: np.random.Generator) -> SceneState:
         entries = play.entries(tree.leaves(), rng)
         players.append(PlayerState(tree, entries, (one.at.x, one.at.z, 0.0), 0))
     trees = [player.tree for player in players]
-    scene = play.arrays(SceneState(tuple(players)), play.binder.bind(trees))
+    scene = play.arrays(SceneState(tuple(players)), play.bind(trees))
     place_start(scene, play.library)
     return scene_state(scene, trees)
 
@@ -307,7 +307,7 @@ def warm_start(
         players.append(PlayerState(tree, entries, origin, delay))
         placed_anew.append(number)
     trees = [player.tree for player in players]
-    scene = play.arrays(SceneState(tuple(players)), play.binder.bind(trees))
+    scene = play.arrays(SceneState(tuple(players)), play.bind(trees))
     for number in placed_anew:
         place_player(scene, play.library, number, True)
     evaluate(scene, play.library)

@@ -86,6 +86,10 @@ class Play:
         """Where the trees of every player can grow."""
         return tuple(chains(one) for one in self.derivations)
 
+    def bind(self, trees: Sequence[Tree]) -> RuleTable:
+        """Return the rules of the players' trees, with the first assignments that fit."""
+        return self.binder.bind([self.binder.string(n, tree) for n, tree in enumerate(trees)])
+
     def derive(self, player: int, rules: Sequence[int]) -> Tree:
         """Return the tree of a player with these rules in preorder."""
         return derive_by(self.derivations[player].grammar, rules)

@@ -41,10 +41,9 @@ import numpy as np
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.clips.clip_cutting import compose, inverse
-from motiondb.scene.energy.binding import RuleTable
+from motiondb.scene.energy.binding import BoundString, RuleTable
 from motiondb.scene.energy.energy import token_errors
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneArrays, SceneState, scene_state
-from motiondb.scene.language.expressions import Spans
 from motiondb.scene.sampling.clip_choice import ClipGroups, smooth_string
 from motiondb.scene.sampling.metropolis import DRAWS, EVERYBODY, KINDS, Focus, Walk, walk
 from motiondb.scene.sampling.play import Play
@@ -67,32 +66,28 @@ class Structure(NamedTuple):
     """
 
     scene: SceneArrays
-    trees: list[Tree]
     table: RuleTable
-    spans: list[Spans | None]  # The actions of each player's items
+    strings: list[BoundString]  # Of each player the tree, and the actions of their items
 
 
 def least_error(
-    play: Play,
-    state: SceneState,
-    trees: list[Tree],
-    spans: Sequence[Spans | None],
-    player: int,
+    play: Play, state: SceneState, strings: Sequence[BoundString], player: int, tree: Tree
 ) -> Structure:
-    """Return a scene with that assignment of a player's actions to items that has the least error.
+    """Return a scene with that assignment of a tree's actions to items that has the least error.
 
     All assignments of :meth:`motiondb.scene.energy.binding.Binder.assignments` are evaluated, with
     the clips as they are.
     """
     best: Structure | None = None
     least = math.inf
-    for chosen in play.binder.assignments(player, trees[player].leaves()):
-        of = [*spans[:player], chosen, *spans[player + 1 :]]
-        table = play.binder.bind(trees, of)
+    for chosen in play.binder.assignments(player, tree.leaves()):
+        string = play.binder.string(player, tree, chosen)
+        bound = [*strings[:player], string, *strings[player + 1 :]]
+        table = play.binder.bind(bound)
         scene = play.arrays(state, table)
         energy = play.energy(scene, table)
         if best is None or energy < least:
-            best, least = Structure(scene, trees, table, of), energy
+            best, least = Structure(scene, table, bound), energy
     assert best is not None  # a tree of a chain fits its player's expression
     return best
 
@@ -133,14 +128,17 @@ class Chain:
 
     def __init__(self, play: Play, state: SceneState, rng: np.random.Generator) -> None:
         self.play, self.rng = play, rng
-        self.trees = list(state.trees)
-        self.shapes = [play.shape(player, tree) for player, tree in enumerate(self.trees)]
+        self.shapes = [play.shape(number, tree) for number, tree in enumerate(state.trees)]
         new = [player.spans is None for player in state.players]
-        self.spans: list[Spans | None] = [
-            player.spans or next(iter(play.binder.assignments(number, shape.actions)), None)
+        self.strings = [
+            play.binder.string(
+                number,
+                player.tree,
+                player.spans or next(iter(play.binder.assignments(number, shape.actions)), None),
+            )
             for number, (player, shape) in enumerate(zip(state.players, self.shapes, strict=True))
         ]
-        self.table = play.binder.bind(self.trees, self.spans)
+        self.table = play.binder.bind(self.strings)
         self.scene = play.arrays(state, self.table)
         for player in np.flatnonzero(new).tolist():
             self.assign(player)
@@ -157,7 +155,8 @@ class Chain:
     @property
     def state(self) -> SceneState:
         """The current scene."""
-        return scene_state(self.scene, self.trees, self.spans)
+        trees = [string.tree for string in self.strings]
+        return scene_state(self.scene, trees, [string.spans for string in self.strings])
 
     def assign(self, player: int) -> bool:
         """Assign a player's actions to their items with the least error; return if it changed.
@@ -168,15 +167,16 @@ class Chain:
         before = self.energy
         if len(self.play.binder.assignments(player, self.shapes[player].actions)) < 2:
             return False
-        best = least_error(self.play, self.state, self.trees, self.spans, player)
+        tree = self.strings[player].tree
+        best = least_error(self.play, self.state, self.strings, player, tree)
         if self.play.energy(best.scene, best.table) >= before - 1e-9:
             return False
-        self.scene, self.trees, self.table, self.spans = best
+        self.scene, self.table, self.strings = best
         return True
 
     def assign_all(self) -> None:
         """Assign the actions of every player, one after another, with the least error."""
-        for player in range(len(self.trees)):
+        for player in range(len(self.strings)):
             self.assign(player)
 
     def note_best(self) -> None:
@@ -239,7 +239,7 @@ class Chain:
         if gain < 0.0 and self.rng.random() >= math.exp(gain):
             return False
         self.shapes = shapes
-        self.scene, self.trees, self.table, self.spans = new
+        self.scene, self.table, self.strings = new
         self.jumps.taken += 1
         return True
 
@@ -336,16 +336,12 @@ class Chain:
         play, state = self.play, self.state
         entries, log_ratio = self._clips(player, span, actions, groups)
         same = shape is self.shapes[player]
-        tree = self.trees[player] if same else play.derive(player, shape.rules)
+        tree = self.strings[player].tree if same else play.derive(player, shape.rules)
         one = self._respelled(player, tree, span, entries)
         if one is None:
             return None
         players = (*state.players[:player], one, *state.players[player + 1 :])
-        trees = [*self.trees[:player], tree, *self.trees[player + 1 :]]
-        spans = list(self.spans)
-        if not same:
-            spans[player] = play.binder.assignments(player, shape.actions)[0]
-        new = least_error(play, SceneState(players), trees, spans, player)
+        new = least_error(play, SceneState(players), self.strings, player, tree)
         near = max(span[0] - AROUND, 0), span[0] + len(actions) + AROUND
         return Offer(player, shape, new, near, log_ratio if exact else 0.0)
 

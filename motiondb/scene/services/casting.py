@@ -16,12 +16,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 
-from motiondb.errors import SceneError
+from motiondb.errors import Fault, SceneError
 from motiondb.grammar.cfg.context_free import Tree, reachable_symbols
 from motiondb.records import FloatArray
 from motiondb.scene.language.activity import GIVE, OPPONENT, PARTNER, ROLES, TARGET
@@ -43,18 +43,15 @@ def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str,
 
     `where`: Name of the diagram's file, for messages; by default the name of the diagram.
     """
-    where = where or diagram.name
-    _check_places(diagram, grammar, where)
-    check_times(diagram, where)
-    return {
-        name: _cast_player(diagram, grammar, name, items, where)
-        for name, items in expressions(diagram).items()
-    }
+    trees, faults = try_cast(diagram, grammar, where)
+    for fault in faults.values():
+        raise SceneError(fault, where=where or diagram.name)
+    return trees
 
 
 def try_cast(
     diagram: Diagram, grammar: MotionGrammar, where: str = ""
-) -> tuple[dict[str, Tree], dict[str, str]]:
+) -> tuple[dict[str, Tree], dict[str, Fault]]:
     """Cast every player by itself.
 
     `where`: Name of the diagram's file, for messages; by default the name of the diagram.
@@ -64,29 +61,32 @@ def try_cast(
     check_times(diagram, where)
     trees, faults = {}, {}
     for name, items in expressions(diagram).items():
-        try:
-            trees[name] = _cast_player(diagram, grammar, name, items, where)
-        except SceneError as error:
-            faults[name] = str(error)
+        made = _cast_player(diagram, grammar, name, items)
+        if isinstance(made, Fault):
+            faults[name] = made
+        else:
+            trees[name] = made
     return trees, faults
 
 
 def _cast_player(
-    diagram: Diagram, grammar: MotionGrammar, name: str, items: Sequence[Item], where: str
-) -> Tree:
-    """Return a player's shortest string, or raise a SceneError that names the player."""
+    diagram: Diagram, grammar: MotionGrammar, name: str, items: Sequence[Item]
+) -> Tree | Fault:
+    """Return a player's shortest string, or why there is none."""
     player = diagram.player[name]
     try:
         start = grammar.start_of(player.team)
     except SceneError as error:
-        raise SceneError(f"{where}:{player.line}: '{player.team} {name}': {error}") from None
+        return replace(error.faults[0], line=player.line, subject=f"{player.team} {name}")
     if len(items) > MOST_ACTIONS:
-        raise SceneError(
-            f"{where}:{player.line}: '{name}': expected at most {MOST_ACTIONS} things to do,"
-            f" found {len(items)}. Make a scene of each part of the play."
+        what, advice = (
+            f"at most {MOST_ACTIONS} things to do",
+            "Make a scene of each part of the play.",
         )
-    _check_roles(diagram, grammar, name, start, items, where)
-    return _planned(diagram, grammar, name, start, items, where)
+        return Fault(what, str(len(items)), advice, player.line, 0, name)
+    return _missing_role(diagram, grammar, name, start, items) or _planned(
+        diagram, grammar, name, start, items
+    )
 
 
 def _planned(
@@ -95,14 +95,13 @@ def _planned(
     name: str,
     start: str,
     items: Sequence[Item],
-    where: str,
-) -> Tree:
-    """Return a player's shortest string, or raise a SceneError at the first impossible act."""
+) -> Tree | Fault:
+    """Return a player's shortest string, or the first impossible act."""
     goals = [item.actions for item in items]
     try:
         return plan(grammar, (), goals, start)
     except SceneError as error:
-        reason = str(error)
+        reason, fields = str(error), dict(error.faults[0].fields) if error.faults else {}
     last = 1
     while last < len(items):
         try:
@@ -113,10 +112,9 @@ def _planned(
     element = items[last - 1].element
     line = diagram.elements[element].line if element >= 0 else diagram.player[name].line
     wanted = "".join(str(item) for item in items)
-    raise SceneError(
-        f"{where}:{line}: expected of {name} what the grammar {grammar.name} allows, found"
-        f" {wanted}. {reason}"
-    )
+    fields |= {"player": name, "grammar": grammar.name}
+    what = f"of {name} what the grammar {grammar.name} allows"
+    return Fault(what, wanted, reason, line, 0, "", "not_allowed", fields)
 
 
 def _check_places(diagram: Diagram, grammar: MotionGrammar, where: str) -> None:
@@ -124,21 +122,15 @@ def _check_places(diagram: Diagram, grammar: MotionGrammar, where: str) -> None:
     known = dict(diagram.places)
     for place in grammar.places:
         if place not in known and place not in diagram.player:
-            raise SceneError(
-                f"{where}: expected the place {place!r}, which rules of the grammar"
-                f" {grammar.name} are about, found {', '.join(known)}. Add 'place {place} at 0 0'."
-            )
+            what = f"the place {place!r}, which rules of the grammar {grammar.name} are about"
+            fault = Fault(what, ", ".join(known), f"Add 'place {place} at 0 0'.")
+            raise SceneError(fault, where=where)
 
 
-def _check_roles(
-    diagram: Diagram,
-    grammar: MotionGrammar,
-    name: str,
-    start: str,
-    items: Sequence[Item],
-    where: str,
-) -> None:
-    """Refuse an action that a player may do, if nobody fills a role of its rules."""
+def _missing_role(
+    diagram: Diagram, grammar: MotionGrammar, name: str, start: str, items: Sequence[Item]
+) -> Fault | None:
+    """Return the fault of an action that a player may do, if nobody fills a role of its rules."""
     above = reachable_symbols(grammar.started(start))
     asked: dict[str, list[Item | None]] = {}
     for item in items:
@@ -160,16 +152,16 @@ def _check_roles(
                 if role == TARGET:
                     filled = filled or grammar.activity.aim(action)
                 if not filled:
-                    _refuse_role(diagram, name, (action, element), (role, rule), where)
+                    return _without_role(diagram, name, (action, element), (role, rule))
+    return None
 
 
-def _refuse_role(
+def _without_role(
     diagram: Diagram,
     name: str,
     done: tuple[str, Element | None],
     asked: tuple[str, SemanticRule],
-    where: str,
-) -> None:
+) -> Fault:
     action, element = done
     role, rule = asked
     line = element.line if element else diagram.player[name].line
@@ -180,10 +172,8 @@ def _refuse_role(
         TARGET: f"Write 'at' and a place behind {element or action}",
     }.get(role, advice)
     rest = ", or take the element out." if element else ", or the rule out of the grammar."
-    raise SceneError(
-        f"{where}:{line}: '{element or name}': expected {who} of {name}, whom the rule"
-        f" {RULE_NAMES[type(rule)]} of {action} is about, found none. {advice}{rest}"
-    )
+    what = f"{who} of {name}, whom the rule {RULE_NAMES[type(rule)]} of {action} is about"
+    return Fault(what, "none", f"{advice}{rest}", line, 0, str(element or name))
 
 
 FASTEST = 8.0  # Speed of a pelvis, m/s, that nobody exceeds
@@ -209,7 +199,7 @@ def check_times(diagram: Diagram, where: str = "") -> None:
     items = expressions(diagram)
     circle = _circle(_demands(diagram, items))
     if circle:
-        raise SceneError(f"{where or diagram.name}: {_told(circle)}")
+        raise SceneError(_told(circle), where=where or diagram.name)
     for kept in diagram.stretches:
         if kept.other:
             _check_stretch(diagram, items, kept, where or diagram.name)
@@ -324,12 +314,15 @@ def _check_stretch(
             apart = float(min(ends))
             if apart > kept.far + _NEAR:
                 element = diagram.elements[item.element]
-                raise SceneError(
-                    f"{where}:{kept.line}: '{kept}': expected places that are as near, found"
-                    f" {kept.player} at {spot.x:g} {spot.z:g} in '{element}' (line {element.line}),"
-                    f" {apart:.1f} m from wherever {kept.other} is drawn then. Draw it nearer, or"
-                    " let the stretch end before."
+                found = (
+                    f"{kept.player} at {spot.x:g} {spot.z:g} in '{element}' (line {element.line}),"
+                    f" {apart:.1f} m from wherever {kept.other} is drawn then"
                 )
+                advice = "Draw it nearer, or let the stretch end before."
+                fields = {"found": found.replace(f" (line {element.line})", "")}
+                what, about = "places that are as near", str(kept)
+                fault = Fault(what, found, advice, kept.line, 0, about, "apart", fields)
+                raise SceneError(fault, where=where)
 
 
 def _inside(diagram: Diagram, item: Item, kept: Stretch) -> bool:

@@ -13,7 +13,7 @@ from math import exp, inf
 
 import numpy as np
 
-from motiondb.errors import SceneError, suggestion
+from motiondb.errors import Fault, SceneError, suggestion
 from motiondb.grammar.cfg import prefix
 from motiondb.grammar.cfg.compiled import CompiledGrammar, compile_grammar
 from motiondb.grammar.cfg.context_free import (
@@ -282,7 +282,8 @@ def shortest_tree(
     compiled = _with_equal_rules(grammar)
     choices = best_plan(compiled, prefix, wanted, shortest=True)
     if isinstance(choices, int):
-        raise SceneError(_nowhere(grammar, prefix, wanted, choices - len(prefix)))
+        fault = _nowhere(grammar, prefix, wanted, choices - len(prefix))
+        raise SceneError(fault, where="grammar")
     return derive_by(grammar, compiled.rule_numbers[choices].tolist())
 
 
@@ -295,15 +296,16 @@ def _with_equal_rules(grammar: Grammar) -> CompiledGrammar:
 
 def _nowhere(
     grammar: Grammar, prefix: Sequence[str], goals: Sequence[frozenset[str]], met: int
-) -> str:
+) -> Fault:
     """Return why there is no plan: the prefix, or the first goal that cannot be met."""
     begun = f" that begins with '{' '.join(prefix)}'" if prefix else ""
     through = ", then ".join(" or ".join(sorted(goal)) for goal in goals)
     if met < 0:
         limit = "no string of the grammar begins so" if prefix else "the grammar has no string"
     else:
-        limit = f"{' or '.join(sorted(goals[met]))} cannot come {'then' if met else 'at all'}"
-    return (
-        f"grammar: expected a string from {grammar.start}{begun} with {through or 'nothing more'},"
-        f" but {limit}. Leave it out, change the order, or add a rule that allows it."
-    )
+        missing = " or ".join(sorted(goals[met]))
+        limit = f"{missing} cannot come {'then' if met else 'at all'}"
+    what = f"a string from {grammar.start}{begun} with {through or 'nothing more'}"
+    advice = "Leave it out, change the order, or add a rule that allows it."
+    fields = {} if met else {"missing": missing}
+    return Fault(what, f"that {limit}", advice, fields=fields)

@@ -22,16 +22,9 @@ from motiondb.scene.clips.clip_cutting import compose
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
+from motiondb.scene.energy.rule_kernels import values_at
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
-from motiondb.scene.language.semantic_rules import (
-    bearing,
-    direction_error,
-    distance_error,
-    flight_time,
-    line_error,
-    position_error,
-    synchronisation_error,
-)
+from motiondb.scene.language.semantic_rules import PASS_SPEED, bearing
 
 SYNCHRONOUS = 2.0
 """Accepted error of a synchronisation, frames. Chosen by hand: 67 ms, hardly visible."""
@@ -150,17 +143,13 @@ def wanted_headings(row: np.void, timeline: Timeline, frames: IntArray) -> Float
 
 def frame_values(row: np.void, timeline: Timeline, frames: IntArray) -> FloatArray:
     """Return f of a rule that is no synchronisation at each of the frames: array (frames,)."""
-    places = timeline.places[row["player"], frames]
     if row["kind"] == kinds.UNMET:
         return np.ones(len(frames))
-    if row["kind"] == kinds.DIRECTION:
-        return direction_error(places[:, 2], wanted_headings(row, timeline, frames))
-    target = target_places(row, timeline, frames, "target")
-    if row["kind"] == kinds.DISTANCE:
-        return distance_error(places[:, :2], target, float(row["near"]), float(row["far"]))
-    if row["kind"] == kinds.LINE:
-        return line_error(places[:, :2], target, target_places(row, timeline, frames, "other"))
-    return position_error(places[:, :2], target)
+    targets, others = (target_places(row, timeline, frames, name) for name in ("target", "other"))
+    places, heading = timeline.places[row["player"], frames], row["target"] == kinds.HEADING
+    bounds, values = (float(row["near"]), float(row["far"])), np.empty(len(frames))
+    values_at(int(row["kind"]), places, targets, others, bool(heading), bounds, values)
+    return values
 
 
 def lag_of(row: np.void, timeline: Timeline, partner_clip: int) -> float:
@@ -169,8 +158,8 @@ def lag_of(row: np.void, timeline: Timeline, partner_clip: int) -> float:
         return float(row["lag"])
     start = timeline.instants[row["player"]][row["first"]]
     end = timeline.instants[row["partner"]][partner_clip]
-    thrown = timeline.places[row["player"], start, :2]
-    return float(flight_time(thrown, timeline.places[row["partner"], end, :2]))
+    thrown, caught = timeline.places[row["player"], start], timeline.places[row["partner"], end]
+    return math.dist(thrown[:2], caught[:2]) / PASS_SPEED
 
 
 def measure(table: RuleTable, number: int, timeline: Timeline) -> Measured:
@@ -183,7 +172,7 @@ def measure(table: RuleTable, number: int, timeline: Timeline) -> Measured:
     best = Measured(math.inf, int(frames[0]))
     for clip in table.partners[row["partner_first"] : row["partner_last"]].tolist():
         later = float(timeline.instants[row["partner"]][clip] - frames[0]) / MOTION_FPS
-        error = float(synchronisation_error(0.0, later, lag_of(row, timeline, clip)))
+        error = abs(later - lag_of(row, timeline, clip))
         if error < best.value:
             best = Measured(error, int(frames[0]), clip)
     return best

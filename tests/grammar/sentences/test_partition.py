@@ -67,12 +67,12 @@ def test_quick_bits_are_those_of_the_rules_they_stand_for(letters, seed):
 
 def context_rules(covered, starts, ends):
     """The grammar whose bits context_bits counts, as rules with the number of their uses."""
-    n = context_bits._rights_at_most(starts)
+    n = 2 * starts.size + 1
     table = np.empty((n, 4), dtype=np.int64)
-    text = np.empty(context_bits._text_at_most(starts, ends, covered), dtype=np.int64)
-    _, n_rights, used = context_bits._context_grammar(
-        context_bits._arrays(covered), starts, ends, table, text
+    text = np.empty(
+        2 * (covered.symbols.size + int((ends - starts).max()) + starts.size), dtype=np.int64
     )
+    _, n_rights, used = context_bits._context_grammar(covered, starts, ends, table, text)
     rules = {covered.n_terminals: {}}
     for left, offset, length, count in table[:n_rights].tolist():
         rules.setdefault(left, {})[tuple(text[offset : offset + length].tolist())] = count

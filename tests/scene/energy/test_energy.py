@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 
+import naive_values
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -32,7 +33,6 @@ from motiondb.scene.energy.binding import (
 )
 from motiondb.scene.energy.placement import clip_arrays
 from motiondb.scene.energy.scene_arrays import MOST_DELAY, PlayerState, SceneState, scene_state
-from motiondb.scene.language import semantic_rules
 from motiondb.scene.language.semantic_rules import Weights
 from motiondb.scene.services import casting, services
 
@@ -82,7 +82,7 @@ def random_scene(wandering, name: str, rng: np.random.Generator, spread: float =
 
 
 class Twin:
-    """The same energy, frame by frame, with the functions of semantic_rules.py."""
+    """The same energy, frame by frame, with the functions of naive_values.py."""
 
     def __init__(self, state, library, table, weights, every: int) -> None:
         self.library, self.table, self.every = library, table, every
@@ -155,18 +155,18 @@ class Twin:
             place = np.array([x, z])
             target = self.spot(row["target"], row["x"], row["z"], frame)
             if row["kind"] == POSITION:
-                actual.append(semantic_rules.position_error(place, target))
+                actual.append(naive_values.position_error(place, target))
             elif row["kind"] == DIRECTION:
                 wanted = (
-                    row["x"] if row["target"] == HEADING else semantic_rules.bearing(place, target)
+                    row["x"] if row["target"] == HEADING else naive_values.bearing(place, target)
                 )
-                actual.append(semantic_rules.direction_error(theta, wanted))
+                actual.append(naive_values.direction_error(theta, wanted))
             elif row["kind"] == DISTANCE:
-                actual.append(semantic_rules.distance_error(place, target, row["near"], row["far"]))
+                actual.append(naive_values.distance_error(place, target, row["near"], row["far"]))
             else:
                 assert row["kind"] == LINE
                 other = self.spot(row["other"], row["other_x"], row["other_z"], frame)
-                actual.append(semantic_rules.line_error(place, target, other))
+                actual.append(naive_values.line_error(place, target, other))
         return float(np.mean(actual))
 
     def synchronisation(self, row) -> float:
@@ -177,8 +177,8 @@ class Twin:
             lag = row["lag"]
             if math.isnan(lag):
                 thrown, caught = self.at(row["player"], frame), self.at(row["partner"], theirs)
-                lag = semantic_rules.flight_time(thrown[:2], caught[:2])
-            actual.append(float(semantic_rules.synchronisation_error(frame / 30, theirs / 30, lag)))
+                lag = naive_values.flight_time(thrown[:2], caught[:2])
+            actual.append(float(naive_values.synchronisation_error(frame / 30, theirs / 30, lag)))
         return min(actual)
 
     def touching(self) -> bool:

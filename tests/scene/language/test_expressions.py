@@ -12,7 +12,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from motiondb.database.scenes.scene_texts import read_scene_text
-from motiondb.scene.language import semantic_rules, tactics_file
+from motiondb.scene.energy.rule_kernels import segment_distance, wrapped
+from motiondb.scene.language import tactics_file
 from motiondb.scene.language.expressions import (
     MOST_ASSIGNMENTS,
     Item,
@@ -243,7 +244,7 @@ lengths = st.floats(-10.0, 10.0)
 def test_a_turn_is_what_the_arrows_enclose(one: float, other: float) -> None:
     arrows = [np.array([math.sin(a), math.cos(a)]) for a in (one, other)]
     enclosed = math.acos(np.clip(arrows[0] @ arrows[1], -1.0, 1.0))
-    assert float(semantic_rules.direction_error(one, other)) == pytest.approx(enclosed, abs=1e-6)
+    assert wrapped(one - other) == pytest.approx(enclosed, abs=1e-6)
 
 
 @example([0.0, 0.0, 0.0, 1e-7, 0.0, 0.0])  # a line of a tenth of a micrometre
@@ -253,6 +254,6 @@ def test_a_line_is_as_far_as_its_nearest_point(values: list[float]) -> None:
     place, first, second = np.array(values).reshape(3, 2)
     share = np.linspace(0.0, 1.0, 4001)[:, None]
     nearest = np.linalg.norm(first + share * (second - first) - place, axis=1).min()
-    actual = float(semantic_rules.line_error(place, first, second))
+    actual = segment_distance(*place, *first, *second)
     assert actual == pytest.approx(nearest, abs=0.01)
     assert actual <= nearest + 1e-9

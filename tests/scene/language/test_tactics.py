@@ -159,7 +159,10 @@ def test_opponents_are_who_guards_else_who_is_near() -> None:
         ("1 fly A1 to 0 0", "x.tactics:5:3: expected what is done (move, walk, run, cut, dribble,"),
         ("pass A1 to A2", "found 'pass'. Write the step before it: '1 pass ...'."),
         ("1.5 shoot A1", "x.tactics:5:1: expected a whole number from 1 on, found '1.5'."),
-        ("1 run A2 2 3", "x.tactics:5:10: expected 'to', found '2'. Write where A2 goes: 'to 0.5"),
+        (
+            "1 run A2 2 3",
+            "x.tactics:5:7: expected 'to' behind A2, found no way. Write where A2 goes:",
+        ),
         ("1 run A2 to 3", "x.tactics:5:14: expected z, metres, found the end of the line."),
         ("court 1 x 6", "x.tactics:5:7: expected 2 to 100 metres, found '1'. Lengths are metres."),
         ("attack A1 at 2 2", "x.tactics:5:8: expected a name of their own, found 'A1'. Line 1 has"),
@@ -183,7 +186,7 @@ def test_opponents_are_who_guards_else_who_is_near() -> None:
         ("attack A4 at 3 3 guards A4", "x.tactics:5: 'A4 guards A4': expected an opponent of A4,"),
         ("attack A4 at 3 3 guards A1", "found a team-mate. Name a player of the other team."),
         (f"attack A{60 * 'x'} at 3 3", "x.tactics:5:8: expected a name of at most 60 characters,"),
-        ("1 shoot A1 A2", "x.tactics:5:12: expected 'at', found 'A2'."),
+        ("1 shoot A1 A2", "found the end of the line. Write '1 shoot A1 at D1'."),
     ],
 )
 def test_what_cannot_be_played_is_refused_by_name(text: str, message: str) -> None:

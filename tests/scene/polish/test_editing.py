@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from naive_values import direction_error
 
 from motiondb.scene.energy.binding import (
     AT_END,
@@ -20,7 +21,6 @@ from motiondb.scene.energy.binding import (
     THROUGHOUT,
 )
 from motiondb.scene.energy.energy import RADIUS
-from motiondb.scene.language.semantic_rules import direction_error
 from motiondb.scene.polish import path_editing
 from motiondb.scene.polish.path_editing import Edited, Facing, edit_paths, overlaps, pushes
 from motiondb.scene.timing.scheduling import SLOWEST, Meeting, TimeMap, edit_times

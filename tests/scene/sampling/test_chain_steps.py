@@ -171,11 +171,11 @@ def test_actions_are_assigned_where_the_walks_end(ends: tuple, spans: tuple) -> 
     entries = np.array([0 if action == "walk" else 1 for action in STRING])
     state = SceneState((PlayerState(tree, entries, (0.0, 0.0, 0.0)),))
     chain = Chain(play, state, np.random.default_rng(0))
-    assert chain.spans == [spans]
+    assert [one.spans for one in chain.strings] == [spans]
     assert chain.state.players[0].spans == spans
     of_all = []
     for chosen in play.binder.assignments(0, STRING):
-        table = play.binder.bind([tree], [chosen])
+        table = play.binder.bind([play.binder.string(0, tree, chosen)])
         of_all.append(play.energy(play.arrays(state, table), table))
     assert len(of_all) == 3
     assert chain.energy == min(of_all)
@@ -190,10 +190,10 @@ def test_an_assignment_that_was_chosen_stays_until_another_is_better() -> None:
     worse = ((2, 4), (4, 5))
     state = SceneState((PlayerState(tree, entries, (0.0, 0.0, 0.0), 0, worse),))
     chain = Chain(play, state, np.random.default_rng(0))
-    assert chain.spans == [worse]
+    assert [one.spans for one in chain.strings] == [worse]
     before = chain.energy
     assert chain.assign(0)
-    assert chain.spans == [((0, 1), (2, 5))]
+    assert [one.spans for one in chain.strings] == [((0, 1), (2, 5))]
     assert chain.energy < before
-    best = least_error(play, state, [tree], [worse], 0)
-    assert best.spans == chain.spans
+    best = least_error(play, state, [play.binder.string(0, tree, worse)], 0, tree)
+    assert [one.spans for one in best.strings] == [one.spans for one in chain.strings]

@@ -12,7 +12,7 @@ import {
 } from "../src/views/board/edits.ts";
 import { curvePoints, triesOf } from "../src/views/board/curve.ts";
 import { draftKey } from "../src/views/board/draft.ts";
-import { sayReason } from "../src/views/board/reasons.ts";
+import { sayFault } from "../src/views/board/reasons.ts";
 import { inOrder, ruleSentence } from "../src/views/board/rules.ts";
 import { smoothCurve, strokeOf, waved, zigzag } from "../src/views/board/strokes.ts";
 import { useGround } from "../src/views/board/verbs.ts";
@@ -258,32 +258,30 @@ test("a draft belongs to one database, one board, and one text of its file", () 
 });
 
 test("reasons are said to somebody who draws", () => {
+  const said = (code: string, fields: Record<string, string>): string =>
+    sayFault({
+      line: 6,
+      player: "",
+      message: "as it is told",
+      code,
+      fields: { expected: "two players", found: "A1 twice", advice: "Do it.", ...fields },
+    });
+  const held = { player: "A1", thing: "ball", since: "shoot A1" };
+  assert.equal(said("empty_handed", held), "A1 does not have the ball since 'shoot A1'. Do it.");
+  assert.equal(said("empty_handed", { ...held, since: "" }), "A1 does not have the ball. Do it.");
+  assert.equal(said("hands_full", held), "A1 has the ball. Do it.");
   assert.equal(
-    sayReason(
-      "'dribble A1': expected A1 to have the ball, found A1 without the ball since 'shoot A1' (line 6). Let it be given back.",
-    ),
-    "A1 does not have the ball since 'shoot A1'. Let it be given back.",
+    said("too_near", { least: "0.5 m", other: "A1", apart: "0.1 m" }),
+    "It is 0.1 m from A1; at least 0.5 m is needed. Do it.",
   );
   assert.equal(
-    sayReason(
-      "'cut A1': expected A1 without the ball, found A1 with it. Who has the ball dribbles, pivots or fakes; or pass it on before.",
-    ),
-    "A1 has the ball. Who has the ball dribbles, pivots or fakes; or pass it on before.",
-  );
-  assert.equal(
-    sayReason(
-      "'A2': expected a place at least 0.5 m from A1 (line 5), found 0.1 m. Players this close touch each other: move one of them.",
-    ),
-    "It is 0.1 m from A1; at least 0.5 m is needed. Players this close touch each other: move one of them.",
-  );
-  assert.equal(
-    sayReason(
-      "expected of A1 what the grammar basketball allows, found (guard)*. grammar: expected a string from S_A with guard, but guard cannot come at all. Leave it out, change the order, or add a rule that allows it.",
-    ),
+    said("not_allowed", { player: "A1", grammar: "basketball", missing: "guard" }),
     "The grammar basketball has no guard for A1. Leave it out.",
   );
-  assert.equal(
-    sayReason("'guard A1 on A1': expected two players, found A1 twice. A1 cannot do this to themselves."),
-    "Needed: two players. Here: A1 twice. A1 cannot do this to themselves.",
-  );
+  assert.match(said("not_allowed", { player: "A1", grammar: "basketball" }), /in this order\. Leave one/);
+  assert.match(said("nobody", {}), /^Nobody is on the board/);
+  assert.equal(said("", {}), "Needed: two players. Here: A1 twice. Do it.");
+  assert.equal(said("apart", { found: "A at 0 0" }), "Needed: two players. Here: A at 0 0. Do it.");
+  const bare = { line: 0, player: "", message: "as it is told", code: "", fields: {} };
+  assert.equal(sayFault(bare), "as it is told");
 });

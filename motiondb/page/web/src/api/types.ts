@@ -117,6 +117,8 @@ export interface BoardFault {
   line: number;
   message: string;
   player: string;
+  code: string;
+  fields: Record<string, string>;
 }
 
 export interface BoardFile {

@@ -26,7 +26,7 @@ import {
 import { makeFiles } from "./files.ts";
 import { makeMaking } from "./making.ts";
 import { panelOf } from "./panel.ts";
-import { sayReason } from "./reasons.ts";
+import { sayFault } from "./reasons.ts";
 import { standing } from "./standing.ts";
 import { makeTools } from "./tools.ts";
 import { endsAtPlace, useGround } from "./verbs.ts";
@@ -44,15 +44,16 @@ const AHEAD: Spot = [0, -1.5];
 
 /** A board that was read, with its reasons for somebody who draws. */
 function spoken(board: BoardReply): BoardReply {
+  const words = new Map(board.faults.map((one) => [one.message, sayFault(one)]));
   const said = <T extends { reason: string | null }>(one: T): T => ({
     ...one,
-    reason: one.reason === null ? null : sayReason(one.reason),
+    reason: one.reason === null ? null : (words.get(one.reason) ?? one.reason),
   });
   return {
     ...board,
     elements: board.elements.map(said),
     players: board.players.map(said),
-    faults: board.faults.map((one) => ({ ...one, message: sayReason(one.message) })),
+    faults: board.faults.map((one) => ({ ...one, message: sayFault(one) })),
   };
 }
 

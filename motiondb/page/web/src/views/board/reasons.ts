@@ -1,36 +1,33 @@
 /** Why a drawing cannot be played, said to somebody who draws: not by lines of its text. */
 
-const RULES: readonly [RegExp, string][] = [
-  [/^'[^']*': /, ""], // the element stands beside its reason
-  [/ \(line \d+\)|, line \d+(?=\))/g, ""],
-  [
-    /^expected at least one player, found none\..*$/,
-    "Nobody is on the board. Choose a player above, then click on the ground.",
-  ],
-  [
-    /^expected of (\S+) what the grammar (\S+) allows, found .* but (\S+) cannot come at all\..*$/,
-    "The grammar $2 has no $3 for $1. Leave it out.",
-  ],
-  [
-    /^expected of (\S+) what the grammar (\S+) allows, found .*$/,
-    "The grammar $2 does not allow these actions of $1 in this order. Leave one out, or change the order.",
-  ],
-  [
-    /^expected (\S+) to have the ball, found \S+ without the ball( since '[^']*')?\./,
-    "$1 does not have the ball$2.",
-  ],
-  [/^expected (\S+) without the ball, found \S+ with it\./, "$1 has the ball."],
-  [
-    /^expected one player with the ball at the beginning, found (\d+): /,
-    "Only one player can have the ball at the beginning, here $1 need it: ",
-  ],
-  [
-    /^expected a place at least (\S+ m) from (\S+), found (\S+ m)\./,
-    "It is $3 from $2; at least $1 is needed.",
-  ],
-  [/^expected (.+?), found (.+?)\./, "Needed: $1. Here: $2."],
-];
+import type { BoardFault } from "../../api/types.ts";
 
-/** A reason of the server as a sentence for the board. */
-export const sayReason = (message: string): string =>
-  RULES.reduce((text, [pattern, by]) => text.replace(pattern, by), message);
+type Fields = Record<string, string>;
+
+/** Sentences by the kind of fault; what to do follows them. */
+const SAID: Record<string, (about: Fields) => string> = {
+  empty_handed: ({ player, thing, since }) =>
+    `${player} does not have the ${thing}${since ? ` since '${since}'` : ""}.`,
+  hands_full: ({ player, thing }) => `${player} has the ${thing}.`,
+  two_holders: ({ thing, count, who }) =>
+    `Only one player can have the ${thing} at the beginning, here ${count} need it: ${who}.`,
+  too_near: ({ apart, other, least }) => `It is ${apart} from ${other}; at least ${least} is needed.`,
+};
+
+/** Sentences that say all, with what to do. */
+const WHOLE: Record<string, (about: Fields) => string> = {
+  nobody: () => "Nobody is on the board. Choose a player above, then click on the ground.",
+  not_allowed: ({ player, grammar, missing }) =>
+    missing
+      ? `The grammar ${grammar} has no ${missing} for ${player}. Leave it out.`
+      : `The grammar ${grammar} does not allow these actions of ${player} in this order. Leave one out, or change the order.`,
+};
+
+/** A fault of the server as a sentence for the board. */
+export function sayFault({ code, fields, message }: BoardFault): string {
+  const { expected, found, advice } = fields;
+  const whole = WHOLE[code];
+  if (whole) return whole(fields);
+  if (expected === undefined) return message;
+  return `${SAID[code]?.(fields) ?? `Needed: ${expected}. Here: ${found}.`} ${advice}`;
+}
