@@ -25,6 +25,7 @@ from motiondb.scene.language.activity import (
     PUT,
     RECEIVER,
     ROLES,
+    STRIKE,
     TAKE,
 )
 from motiondb.scene.language.semantic_rules import Spot
@@ -84,6 +85,18 @@ def _after(diagram: Diagram, act: Act, held: bool) -> bool:
 def _needs(diagram: Diagram, element: Element) -> bool:
     """Return whether an element can only be done by who has the object."""
     return _begins(diagram, element, *KEEPING, *LOSING)
+
+
+def _who_has(diagram: Diagram, element: Element) -> str:
+    """Return the player who has the object when an element begins, or ""."""
+    for name, acts in diagram.acts.items():
+        before = [a for a in acts if diagram.elements[a.element].step < element.step]
+        held = first_holder(diagram) == name
+        for act in before:
+            held = _after(diagram, act, held)
+        if held:
+            return name
+    return ""
 
 
 def _begins(diagram: Diagram, element: Element, *deeds: str) -> bool:
@@ -271,13 +284,21 @@ def _act_faults(
             "Let it be given away before.",
         )
     elif not act.part and _needs(diagram, element) and not ball:
-        gone = f"{name} without the {thing}"
+        gone, advice = f"{name} without the {thing}", f"Let {name} take it, or be given it, before."
+        if diagram.activity.thing and diagram.activity.thing.at:
+            advice += (
+                f" What is struck where it lies, such as by a kick, needs 'strike({thing}, PLACE)'."
+            )
         if given is not None:
             gone += f" since '{given}' (line {given.line})"
-        yield _fault(where, element, what, gone, "Let it be given back.")
+            advice = "Let it be given back."
+        yield _fault(where, element, what, gone, advice)
     elif takes and not (diagram.activity.thing and diagram.activity.thing.at):
         advice = f"Give it to {name} instead, or say where it lies: 'object {thing} at PLACE'."
         yield _fault(where, element, f"a {thing} to take", "none that lies anywhere", advice)
+    elif not act.part and _begins(diagram, element, STRIKE) and _who_has(diagram, element):
+        actual = f"{_who_has(diagram, element)} with it"
+        yield _fault(where, element, f"the {thing} to lie", actual, "Let it be put down before.")
     elif free and ball:
         advice = f"Choose an action that keeps the {thing}, or let it be given away before."
         actual = f"{name} with it"

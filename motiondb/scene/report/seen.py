@@ -26,6 +26,7 @@ TOO_FAR = 1.0 / 3.0
 """Share of the scene in which a declared guard may be out of the bounds of the grammar before it is
 a fault. Chosen by hand."""
 STANDS = 0.15  # Mean speed of the pelvis over half a second, m/s, below which somebody stands
+SITS = 0.7  # Height of the pelvis, m, below which somebody sits or lies: nobody misses their steps
 LONG, MOSTLY = 4.0, 0.5
 """Seconds of standing, and its share of the scene, from which on it is a fault."""
 HELD, HELD_FOR = 0.02, 1.0
@@ -140,7 +141,7 @@ def seen_faults(
 def _standing(name: str, joints: FloatArray) -> Iterator[SeenFault]:
     """Yield the longest time in which somebody stands, and every pose that is held."""
     n_frames = len(joints)
-    stands = travel_speeds(joints) < STANDS
+    stands = (travel_speeds(joints) < STANDS) & (joints[:, 0, 1] > SITS)
     start, end = max(runs(stands), key=lambda run: run[1] - run[0], default=(0, 0))
     if end - start > max(LONG * MOTION_FPS, MOSTLY * n_frames):
         yield SeenFault("stands", (name,), start, end, (end - start) / MOTION_FPS, "s")
@@ -172,8 +173,11 @@ def _passes_through(
         near = _bone_distance(_finely(ball.positions), _finely(joints[player]))
         near = near.reshape(-1, _FINE).min(axis=1)
         inside = near < ball.size / 2.0 - _THICK
-        held = np.flatnonzero(ball.holder == player)
-        for frame in held:  # hands come to it before, and leave it afterwards
+        struck = [sent.frame for sent in ball.sent if sent.player == player]
+        for frame in [
+            *np.flatnonzero(ball.holder == player),
+            *struck,
+        ]:  # hands come to it before, and leave it afterwards
             inside[max(frame - 12, 0) : frame + 13] = False
         for start, end in runs(inside):
             depth = float(ball.size / 2.0 - near[start:end].min())

@@ -68,6 +68,7 @@ class Derivations:
             self._log_weights = np.log(chances).tolist()
         for closed in (frozenset(only_asked), frozenset[str]()):
             self._next = _transitions(compiled.names[compiled.terminals], self.items, closed)
+            self.is_exact = closed >= set(only_asked)  # Whether these are done only as drawn
             made = inside(compiled, _automaton(self._next, self.n_states))
             if made.weight(compiled.start) > 0.0:
                 break

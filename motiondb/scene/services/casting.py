@@ -35,6 +35,7 @@ from motiondb.scene.language.semantic_rules import (
     line_error,
 )
 from motiondb.scene.language.tactics import Diagram, Element, Stretch
+from motiondb.scene.sampling.random_subtrees import Derivations
 from motiondb.scene.services.services import plan
 
 
@@ -86,7 +87,18 @@ def _cast_player(
             f" found {len(items)}. Make a scene of each part of the play."
         )
     _check_roles(diagram, grammar, name, start, items, where)
-    return _planned(diagram, grammar, name, start, items, where)
+    tree = _planned(diagram, grammar, name, start, items, where)
+    closed = exact_actions(diagram, grammar, name)
+    if not Derivations(grammar.started(start), items, closed).is_exact:
+        asked = {action for item in items for action in item.actions}
+        unasked = [a for a in dict.fromkeys(tree.leaves()) if a in closed and a not in asked]
+        raise SceneError(
+            f"{where}:{player.line}: '{name}': expected a string of the grammar {grammar.name} with"
+            f" what is drawn, found none without {' and '.join(unasked) or 'more of it'}, which is"
+            f" done only when asked: '{' '.join(tree.leaves())}'. Draw it, take 'when asked' from"
+            " it, or add a rule that does without."
+        )
+    return tree
 
 
 def _planned(
@@ -245,7 +257,9 @@ def _links(
     apart = math.hypot(item.way[-1].x - theirs.way[0].x, item.way[-1].z - theirs.way[0].z)
     lag = max(apart - 2.0 * _NEAR, 0.0) / PASS_SPEED if gives else 0.0
     why = f"{item.other} does {theirs} when {name} does {item}"
-    back = [] if gives else [_Demand(other, one, 0.0, why)]
+    answers = {action for said in diagram.activity.answers for action in said.answers}
+    later = gives or answers.issuperset(theirs.actions)
+    back = [] if later else [_Demand(other, one, 0.0, why)]
     return [_Demand(one, other, lag, why), *back]
 
 

@@ -20,6 +20,7 @@ from motiondb.scene.language.activity import (
     LOSING,
     PUT,
     SEND,
+    STRIKE,
     TAKE,
     Place,
     Thing,
@@ -71,6 +72,11 @@ class Possession:
     bounces: tuple[Bounce, ...] = ()
     left: str = ""  # How it leaves the hands: give, send or put; "" if it does not
     aim: Aim | None = None  # Where it is sent or put
+
+    @property
+    def is_struck(self) -> bool:
+        """Whether it leaves from where it lies, and is never in the hands."""
+        return self.since == self.until
 
     def dribbled(self, n_frames: int) -> FloatArray:
         """Return 1 at frames of dribbling, else 0: array (frames,)."""
@@ -143,10 +149,13 @@ def thing_acts(
             if holder < 0 and deed.frame > since:
                 holder, since = deed.player, deed.frame
             continue
-        if deed.player != holder or deed.frame <= since:
+        if deed.deed == STRIKE and holder < 0:
+            holder, since = deed.player, deed.frame
+        elif deed.player != holder or deed.frame <= since:
             continue
         aim = None if deed.deed == GIVE else aim_of(table, deed.player, deed.clip)
-        had(deed.frame, _hand(state, library, deed.player, deed.clip), deed.deed, aim)
+        left = SEND if deed.deed == STRIKE else deed.deed
+        had(deed.frame, _hand(state, library, deed.player, deed.clip), left, aim)
         holder, since = deed.partner, max(deed.caught, deed.frame + 1)
     if holder >= 0:
         had(timeline.n_frames - 1, 1)
@@ -191,7 +200,7 @@ def _deeds(table: RuleTable, timeline: Timeline) -> Iterator[_Deed]:
                 partner, theirs = given[player, clip]
                 arrives = int(timeline.instants[partner][theirs])
                 yield _Deed(frame, player, clip, deed, partner, arrives)
-            elif deed in (SEND, PUT) or (deed == TAKE and (player, clip) not in caught):
+            elif deed in (SEND, STRIKE, PUT) or (deed == TAKE and (player, clip) not in caught):
                 yield _Deed(frame, player, clip, deed)
 
 
