@@ -346,8 +346,9 @@ def _print(shared: options.Shared, scene: motiondb.Scene, folder: Path, seconds:
         printing.say(f"  faster than people can move: {', '.join(facts.too_fast)}")
     for rule in scene.broken:
         printing.say(
-            f"  broken: {rule.kind} of {rule.player} at {rule.action} ({rule.clip + 1}),"
-            f" (about {rule.about}), {rule.after:.2f} {rule.unit} where {rule.threshold:.2f} is"
+            f"  broken: {rule.kind} of {rule.player}"
+            + f" at {rule.action} ({rule.clip + 1})" * bool(rule.action)
+            + f", about {rule.about}: {rule.after:.2f} {rule.unit} where {rule.threshold:.2f} is"
             " allowed"
         )
 

@@ -1,12 +1,14 @@
 """Questions about pairs of terminals, and grammars that keep to the answers.
 
 A question asks whether a terminal can come straight after another (or after itself: a repetition).
-Ten questions of all pairs are worth most that say most about held-out windows. A pair (a, b) counts
+Ten questions of all pairs are asked about what is missed most: of the pairs (a, b) that were
+observed at most once, those that the smoothed pairs expect most often,
 
-    H(1 - exp(-n_a P(b | a))) * sum over windows of n_a(window) n_b(window) / 5
+    n_a P(b | a)
 
-the bits of the answer, expected from the smoothed pairs, times the number of shuffles, out of five
-equally frequent ones, in which b stands right after a. Pairs that were observed twice are known.
+A *no* is worth nearly so many nats. Of 11 ways to order pairs none let answers raise foresight more
+(``docs/measured/grammar.md``); by the bits of an answer times the number of shuffles that it
+concerns they raised it half as much.
 
 An answer is a constraint of the next learning. *Yes* adds an example: a sentence up to a, followed
 by another from b on. *No* removes all strings with the pair from the language, exactly
@@ -19,14 +21,12 @@ grammars", Zeitschrift für Phonetik 14 (1961), for the intersection with a regu
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from math import exp, log2
 
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule
-from motiondb.grammar.foresight import WIDTH, Pairs, String, Take, passage, windows_of
+from motiondb.grammar.foresight import Pairs, String, Take, passage
 
 Pair = tuple[str, str]
 MOST_RULES = 2_000  # Largest number of rules that a grammar without pairs may have
@@ -42,7 +42,7 @@ class PairQuestion:
     first: str
     then: str
     observed: int  # How often it does in the captures
-    gain: float
+    gain: float  # How often the smoothed pairs expect it
 
 
 def find_questions(
@@ -52,30 +52,16 @@ def find_questions(
     n: int = 10,
     repetitions: bool = True,
 ) -> list[PairQuestion]:
-    """Return the questions whose answers say most about windows; see the module."""
-    strings = [passage(take) for take in takes]
-    pairs = Pairs(strings, terminals)
-    together: Counter[Pair] = Counter()
-    for string in strings:
-        for window in windows_of(string):
-            counts = Counter(window)
-            for a in counts:
-                for b in counts:
-                    together[a, b] += counts[a] * (counts[b] - (a == b))
+    """Return the questions about what is missed most; see the module."""
+    pairs = Pairs([passage(take) for take in takes], terminals)
     found = []
-    for (a, b), number in together.items():
-        observed = pairs.pairs[a, b]
-        if observed > 1 or (a, b) in answered or (a == b and not repetitions):
-            continue
-        likely = 1.0 - exp(-pairs.singles[a] * pairs.chance(b, a))
-        gain = _bits(likely) * number / WIDTH
-        if gain > 0.0:
-            found.append(PairQuestion(a, b, observed, gain))
+    for a in pairs.singles:
+        for b in pairs.singles:
+            observed = pairs.pairs[a, b]
+            if observed > 1 or (a, b) in answered or (a == b and not repetitions):
+                continue
+            found.append(PairQuestion(a, b, observed, pairs.singles[a] * pairs.chance(b, a)))
     return sorted(found, key=lambda one: (-one.gain, one.first, one.then))[:n]
-
-
-def _bits(chance: float) -> float:
-    return -sum(p * log2(p) for p in (chance, 1.0 - chance) if p > 0.0)
 
 
 def spliced(sentences: Sequence[String], yes: Collection[Pair]) -> list[String]:
