@@ -165,6 +165,15 @@ def _name_faults(diagram: Diagram, where: str) -> Iterator[str]:
 
 def _stretch_faults(diagram: Diagram, everybody: str, where: str) -> Iterator[str]:
     names = list(diagram.player)
+    steps = {element.step for element in diagram.elements}
+    kept = [(f"'{one}'", (one.first, one.last)) for one in diagram.stretches]
+    timed = [(f"'step {step} comes {lag:g} s after {since}'", (step, since))
+             for step, lag, since in diagram.times]  # fmt: skip
+    named = [(number, what) for what, of in (*kept, *timed) for number in of]
+    for number, what in named:
+        if number and number not in steps:
+            one_of = f"a step of the diagram ({', '.join(map(str, sorted(steps)))})"
+            yield f"{where}: {what}: expected {one_of}, found {number}. Draw it, or name another."
     for stretch in diagram.stretches:
         for name in (stretch.player, stretch.other):
             if name and name not in names:

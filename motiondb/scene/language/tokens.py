@@ -19,7 +19,7 @@ from motiondb.errors import SceneError, suggestion
 _TOKEN = re.compile(
     r"""(?P<blank>[ \t\f\v\r]+|\#.*)
     |(?P<name>[^\W\d]\w*'?(?:-\w+)*)
-    |(?P<number>[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?)
+    |(?P<number>[-+]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][-+]?\d+)?)
     |(?P<text>"[^"]*")
     |(?P<sign>->|:=|<=|>=|\.\.|[<>:=|&()\[\]*+?,.])""",
     re.VERBOSE,

@@ -106,7 +106,7 @@ def report_scene(
         tuple(jumps),
         limbs,
         tuple(guards),
-        tuple(seen_faults(table, joints, guards, polished.ball)),
+        tuple(seen_faults(table, after, joints, guards, polished.ball)),
     )
 
 

@@ -312,9 +312,11 @@ def _told(circle: list[_Demand]) -> str:
     runs = [demand.why for demand in circle if "have to run" in demand.why]
     stated = [demand.why for demand in circle if demand.why.startswith("in ")]
     if stated:
-        done = " and ".join(runs) or "; ".join(d.why for d in circle if d.why and d.seconds > 0.0)
+        acts = [d.why for d in circle if d.why and d.seconds > 0.0 and d.why not in stated]
+        done = " and ".join(runs) or "; ".join(acts)
+        told = f"that {done} {stated[0]}" if done else "that one follows " + ", one ".join(stated)
         return (
-            f"expected times that people can keep, found that {done} {stated[0]}."
+            f"expected times that people can keep, found {told}."
             " Give them longer, or draw a shorter way."
         )
     acts = [demand.why for demand in circle if demand.why]

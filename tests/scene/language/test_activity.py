@@ -339,6 +339,22 @@ def test_a_circle_of_times_that_cannot_be_closed_is_told() -> None:
     )
 
 
+def test_steps_that_no_time_suits_or_that_are_not_drawn_are_told() -> None:
+    waits = "1 wait A\n2 wait B\n3 wait A\n"
+    told = times(
+        waits + "step 2 comes 1 s after 1\nstep 3 comes 1 s after 2\nstep 3 comes .5 s after 1"
+    )
+    assert told.startswith("x: expected times that people can keep, found that one follows in ")
+    assert "in 1 s between steps 1 and 2" in told
+    assert refusal(WAYS, "player A at 0 0\n1 wait A\nstep 9 comes 1 s after 1") == (
+        "x: 'step 9 comes 1 s after 1': expected a step of the diagram (1), found 9. Draw it, or"
+        " name another."
+    )
+    assert "'A keeps moving from 1 to 7': expected a step of the diagram (1), found 7" in (
+        refusal(WAYS, "player A at 0 0\n1 wait A\nA keeps moving from 1 to 7")
+    )
+
+
 def test_a_place_that_is_too_far_for_what_is_kept_is_told() -> None:
     kept = "A keeps 0 m .. 2 m to B from 1 to 2"
     assert times(f"1 run B to 0 2\n2 run A to 0 3\n{kept}") == ""
