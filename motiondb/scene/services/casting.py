@@ -44,13 +44,10 @@ def cast(diagram: Diagram, grammar: MotionGrammar, where: str = "") -> dict[str,
 
     `where`: Name of the diagram's file, for messages; by default the name of the diagram.
     """
-    where = where or diagram.name
-    _check_places(diagram, grammar, where)
-    check_times(diagram, where)
-    return {
-        name: _cast_player(diagram, grammar, name, items, where)
-        for name, items in expressions(diagram).items()
-    }
+    trees, faults = try_cast(diagram, grammar, where)
+    for fault in faults.values():
+        raise SceneError(fault)
+    return trees
 
 
 def try_cast(
@@ -89,7 +86,9 @@ def _cast_player(
     _check_roles(diagram, grammar, name, start, items, where)
     tree = _planned(diagram, grammar, name, start, items, where)
     closed = exact_actions(diagram, grammar, name)
-    if not Derivations(grammar.started(start), items, closed).is_exact:
+    try:
+        Derivations(grammar.started(start), items, closed)
+    except SceneError:
         asked = {action for item in items for action in item.actions}
         unasked = [a for a in dict.fromkeys(tree.leaves()) if a in closed and a not in asked]
         raise SceneError(
@@ -97,7 +96,7 @@ def _cast_player(
             f" what is drawn, found none without {' and '.join(unasked) or 'more of it'}, which is"
             f" done only when asked: '{' '.join(tree.leaves())}'. Draw it, take 'when asked' from"
             " it, or add a rule that does without."
-        )
+        ) from None
     return tree
 
 

@@ -16,8 +16,6 @@ from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.activity import (
     BOUNCE,
     GIVE,
-    KEEPING,
-    LOSING,
     PUT,
     SEND,
     STRIKE,
@@ -25,6 +23,7 @@ from motiondb.scene.language.activity import (
     Place,
     Thing,
 )
+from motiondb.scene.language.possession import first_holder
 from motiondb.scene.timing.timeline import Timeline, measure
 
 _SHORTEST, _PERIOD, _RAMP = 6, 20, 8
@@ -135,7 +134,8 @@ def thing_acts(
         return None
     deeds = sorted(_deeds(table, timeline), key=lambda deed: deed.frame)
     place = table.places.get(thing.at)
-    holder, since = -1 if place else _first(table, deeds), 0
+    name = first_holder(table.diagram)
+    holder, since = table.players.index(name) if name else -1, 0
     if holder < 0 and not place and not any(deed.deed == TAKE for deed in deeds):
         return None
     possessions: list[Possession] = []
@@ -202,16 +202,6 @@ def _deeds(table: RuleTable, timeline: Timeline) -> Iterator[_Deed]:
                 yield _Deed(frame, player, clip, deed, partner, arrives)
             elif deed in (SEND, STRIKE, PUT) or (deed == TAKE and (player, clip) not in caught):
                 yield _Deed(frame, player, clip, deed)
-
-
-def _first(table: RuleTable, deeds: list[_Deed]) -> int:
-    """Return the first player with the object: who loses it first, else who keeps it; or -1."""
-    for deed in deeds:
-        if deed.deed in LOSING:
-            return deed.player
-    keep = table.activity.doing(*KEEPING)
-    kept = [p for p, actions in enumerate(table.actions) if set(keep) & set(actions)]
-    return kept[0] if kept else -1
 
 
 def _hand(state: SceneState, library: ClipLibrary, player: int, clip: int) -> int:

@@ -105,6 +105,16 @@ def refusal(grammar: MotionGrammar, text: str) -> str:
     return str(caught.value)
 
 
+def test_what_the_grammar_forces_although_nobody_asks_for_it_is_refused() -> None:
+    text = 'start S\nS -> walk wave\nwalk := "walk"\nwave := "wave" when asked\n'
+    told = refusal(read_motion_grammar(text, "g"), "player A at 0 0\n1 walk A")
+    assert told == (
+        "x:1: 'A': expected a string of the grammar g with what is drawn, found none without wave,"
+        " which is done only when asked: 'walk wave'. Draw it, take 'when asked' from it, or add a"
+        " rule that does without."
+    )
+
+
 def test_any_action_and_every_declared_class_is_a_verb() -> None:
     assert texts(DANCE, PAIR + "1 step Lea to 1 2\n2 bow Lea with Finn\n2 turn Lea") == {
         "Lea": "(step)*(bow)(turn)",
