@@ -182,20 +182,22 @@ class Diagram:
 
     def _undrawn_answers(self) -> Iterator[tuple[int, tuple[str, ...], str]]:
         """Yield every element whose answer is not drawn, the answers of the grammar, and whose."""
-        last = [set(self.verb(each, True).last) for each in self.elements]
         for said in self.activity.answers:
             for one, other in permutations(self.player, 2):
-                acts, replies = [], []
-                for number, element in enumerate(self.elements):
-                    to = element.other or self.partner_of(element.player)
-                    if element.player == one and to == other and last[number] <= set(said.acts):
-                        acts.append((number, element.step))
-                    if element.player == other and last[number] <= set(said.answers):
-                        replies.append((number, element.step))
-                in_order = [sorted(each, key=lambda one: one[1]) for each in (acts, replies)]
-                for number, reply in aligned(*in_order):
+                acts, replies = self._drawn(said.acts, one, other), self._drawn(said.answers, other)
+                for number, reply in aligned(acts, replies):
                     if number >= 0 > reply:
                         yield number, said.answers, other
+
+    def _drawn(self, actions: Sequence[str], name: str, to: str = "") -> list[tuple[int, int]]:
+        """Return the elements of a player that ask for one of these, with their steps in order."""
+        found = [
+            (number, one.step)
+            for number, one in enumerate(self.elements)
+            if one.player == name and set(self.verb(one, True).last) <= set(actions)
+            if to in ("", one.other or self.partner_of(name))
+        ]
+        return sorted(found, key=lambda pair: pair[1])
 
     def opponent_of(self, name: str) -> str:
         """Return a player's opponent: by ``guards``, else the nearest of another role, or ""."""

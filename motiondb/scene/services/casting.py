@@ -110,24 +110,17 @@ def _planned(
 ) -> Tree:
     """Return a player's shortest string, or raise a SceneError at the first impossible act."""
     goals = [item.actions for item in items]
-    try:
-        return plan(grammar, (), goals, start)
-    except SceneError as error:
-        reason = str(error)
-    last = 1
-    while last < len(items):
+    for last, item in enumerate(items, start=1):
         try:
             plan(grammar, (), goals[:last], start)
-        except SceneError:
-            break
-        last += 1
-    element = items[last - 1].element
-    line = diagram.elements[element].line if element >= 0 else diagram.player[name].line
-    wanted = "".join(str(item) for item in items)
-    raise SceneError(
-        f"{where}:{line}: expected of {name} what the grammar {grammar.name} allows, found"
-        f" {wanted}. {reason}"
-    )
+        except SceneError as error:
+            line = diagram.player[name].line
+            line = diagram.elements[item.element].line if item.element >= 0 else line
+            raise SceneError(
+                f"{where}:{line}: expected of {name} what the grammar {grammar.name} allows, found"
+                f" {''.join(map(str, items))}. {error}"
+            ) from None
+    return plan(grammar, (), goals, start)
 
 
 def _check_places(diagram: Diagram, grammar: MotionGrammar, where: str) -> None:
