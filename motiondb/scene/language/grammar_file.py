@@ -65,6 +65,7 @@ from motiondb.scene.language.motion_grammar import Annotation, MotionGrammar, St
 from motiondb.scene.language.production_text import read_alternatives
 from motiondb.scene.language.semantic_rules import (
     END,
+    EVENT,
     INSTANTS,
     NEAREST,
     START,
@@ -553,18 +554,18 @@ def _completed(rule: SemanticRule, draft: Draft, symbol: str, reading: _Text) ->
         default = reading.kinds.get(draft.kind, type(rule).weight)
         rule = replace(rule, weight=default)
     event = reading.terminals[symbol][0].event if symbol in reading.terminals else ""
+    if isinstance(rule, SynchronisationRule):
+        if rule.moment.name not in ("", event):
+            what, advice = (
+                "a synchronisation at the events of both",
+                f"Leave 'at {rule.moment.name}' out.",
+            )
+            _refuse_at(draft.symbols[0], reading.where, what, advice)
+        return replace(rule, moment=Moment(event or EVENT))
     if rule.moment.name:
         if rule.moment.name not in (START, END, THROUGHOUT, event):
             _refuse_moment(rule.moment.name, draft, symbol, reading)
         return rule
-    if isinstance(rule, SynchronisationRule) and not event:
-        token = draft.symbols[0]
-        _refuse_at(
-            token,
-            reading.where,
-            "an action with an instant to synchronise",
-            f"Write 'event contact' after {symbol}'s words, or 'at start' after the rule.",
-        )
     return replace(rule, moment=Moment(event or THROUGHOUT))
 
 
