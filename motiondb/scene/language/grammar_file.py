@@ -556,11 +556,8 @@ def _completed(rule: SemanticRule, draft: Draft, symbol: str, reading: _Text) ->
     event = reading.terminals[symbol][0].event if symbol in reading.terminals else ""
     if isinstance(rule, SynchronisationRule):
         if rule.moment.name not in ("", event):
-            what, advice = (
-                "a synchronisation at the events of both",
-                f"Leave 'at {rule.moment.name}' out.",
-            )
-            _refuse_at(draft.symbols[0], reading.where, what, advice)
+            what, token = "a synchronisation at the events of both", draft.symbols[0]
+            _refuse_at(token, reading.where, what, f"Leave 'at {rule.moment.name}' out.")
         return replace(rule, moment=Moment(event or EVENT))
     if rule.moment.name:
         if rule.moment.name not in (START, END, THROUGHOUT, event):

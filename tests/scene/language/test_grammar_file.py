@@ -237,8 +237,8 @@ def test_rules_may_hold_below_a_nonterminal_only() -> None:
         ),
         ("S -> a\ngrammar x\ngrammar y", "7:1: expected 'grammar' once, found 'grammar'. Line 6"),
         (
-            "S -> a\na: synchronisation(opponent, b, 0 s)",
-            "6:1: expected an action with an instant to",
+            "S -> a\na: synchronisation(opponent, b, 0 s) at start",
+            "expected a synchronisation at the events of both, found 'a'. Leave 'at start' out.",
         ),
     ],
 )
