@@ -164,8 +164,9 @@ def _value(table: RuleTable, number: int, timeline: Timeline) -> tuple[float, in
 def _about(table: RuleTable, row: np.void, rule: SemanticRule) -> str:
     """Return the player or place that a rule refers to, in words."""
     if row["kind"] == kinds.UNMET:
-        lacks = isinstance(rule, SynchronisationRule)
-        return f"no {'|'.join(rule.actions)} of {rule.partner}" if lacks else "nobody"
+        if not isinstance(rule, SynchronisationRule):
+            return "nobody"
+        return f"no {'|'.join(rule.actions)} of {rule.partner}"
     if row["kind"] == kinds.SYNCHRONISATION:
         meant = table.partners[row["partner_first"] : row["partner_last"]].tolist()
         actions = table.actions[row["partner"]]

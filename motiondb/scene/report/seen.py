@@ -171,7 +171,7 @@ def _through_places(table: RuleTable, name: str, joints: FloatArray) -> Iterator
         at = below + share[..., None] * (above - below)
         apart = np.hypot(at[..., 0] - place.at.x, at[..., 2] - place.at.z)
         inside = (share >= 0.0) & (share <= 1.0) & (apart < place.width / 2.0 - _THICK)
-        for start, end in runs(inside.any(axis=1)):
+        for start, end in runs(np.asarray(inside.any(axis=1))):
             yield SeenFault("place", (name, place.name), start, end, place.height, "m")
 
 
