@@ -18,8 +18,8 @@ from quality_protocol.report import pictures_of, to_markdown, write_section
 from quality_protocol.targets import write_targets
 
 TASKS = (
-    "words", "hidden", "question", "order", "order_frames", "directions", "example", "absent",
-    "interval", "interval_certainty", "boundaries", "labelled", "segmentation", "analogy",
+    "words", "hidden", "question", "by_symbols", "order", "order_frames", "directions", "example",
+    "absent", "interval", "interval_certainty", "boundaries", "labelled", "segmentation", "analogy",
     "generation", "seams", "errors",
 )  # fmt: skip
 HEAD = """# Are the answers right?

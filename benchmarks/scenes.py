@@ -168,7 +168,10 @@ def update(base: motiondb.MotionDB, asked: argparse.Namespace) -> None:
             words[3] = f"{float(words[3]) + 0.5:g}"
             changed = text.diagram_text.replace(line, " ".join(words))
             new = SceneText(
-                read_diagram(changed, diagram), text.grammar, changed, text.grammar_text
+                read_diagram(changed, diagram, text.grammar.activity),
+                text.grammar,
+                changed,
+                text.grammar_text,
             )
             times, kept = [], None
             for _ in range(2):  # the first compiles nothing new, but fills caches

@@ -345,10 +345,10 @@ def _print(shared: options.Shared, scene: motiondb.Scene, folder: Path, seconds:
     if facts.too_fast:
         printing.say(f"  faster than people can move: {', '.join(facts.too_fast)}")
     for rule in scene.broken:
+        place = f" at {rule.action} ({rule.clip + 1})" * bool(rule.action)
         printing.say(
-            f"  broken: {rule.kind} of {rule.player} at {rule.action} ({rule.clip + 1}),"
-            f" (about {rule.about}), {rule.after:.2f} {rule.unit} where {rule.threshold:.2f} is"
-            " allowed"
+            f"  broken: {rule.kind} of {rule.player}{place}, about {rule.about}:"
+            f" {rule.after:.2f} {rule.unit} where {rule.threshold:.2f} is allowed"
         )
 
 

@@ -144,14 +144,15 @@ def ask_rows(data: Path) -> str:
 
     A held-out part is cut in two. A pair that its first half shows is answered with yes, one that
     it does not show after three of its first terminal with no, others are unknown; windows of the
-    second half are judged. *All* has answers of the whole part, as of somebody who knows it.
+    second half are judged. The others have answers of the whole part, as of somebody who knows
+    it, to ten questions and to thirty.
     """
     rows = []
     captures = load_cmu(data)
     for name, is_one in ACTIVITIES.items():
         poses = [pose_vectors(capture.motion) for capture in captures if is_one(capture)]
         parts = divided(poses, np.random.default_rng(0))
-        found: dict[str, list[bool]] = {"before": [], "half": [], "all": []}
+        found: dict[str, list[bool]] = {"before": [], "half": [], "all": [], "thirty": []}
         for held in parts:
             training = [take for part in parts if part is not held for take in part]
             clusters = find_clusters(training, ASKED_TERMINALS, ASKED_SECONDS, 0)
@@ -159,20 +160,23 @@ def ask_rows(data: Path) -> str:
             names = [str(k) for k in range(ASKED_TERMINALS)]
             tested = [clusters.string(take) for take in held]
             halves = [(s[: len(s) // 2], s[len(s) // 2 :]) for s in tested]
-            asked = find_questions([[s] for s in strings], names, (), 10, repetitions=False)
+            more = find_questions([[s] for s in strings], names, (), 30, repetitions=False)
             windows = [w for _, s in halves for w in foresight.windows_of(s)]
-            for kind, known in (
-                ("before", []), ("half", [first for first, _ in halves]), ("all", tested)
+            for kind, known, asked in (
+                ("before", [], more), ("half", [first for first, _ in halves], more[:10]),
+                ("all", tested, more[:10]), ("thirty", tested, more),
             ):  # fmt: skip
                 model = _pairs([[s] for s in strings], _answers(asked, known))
                 found[kind] += (foresight.ranks(model, windows)[:, 0] > ABOVE).tolist()
-        before, half, every = (np.array(found[kind], float) for kind in ("before", "half", "all"))
-        low, high = _interval(half - before)
-        cells = [f"{values.mean():.2f}" for values in (before, half, every)]
-        rows.append([name, str(len(before)), *cells, f"{low:+.2f} to {high:+.2f}"])
+        values = {kind: np.array(seen, float) for kind, seen in found.items()}
+        cells = [f"{seen.mean():.2f}" for seen in values.values()]
+        for kind in ("all", "thirty"):
+            low, high = _interval(values[kind] - values["before"])
+            cells.append(f"{low:+.2f} to {high:+.2f}")
+        rows.append([name, str(len(values["before"])), *cells])
         print("  " + " | ".join(rows[-1]), flush=True)
-    heads = ["activity", "windows", "before", "answers of half", "answers of all",
-             "gain by half"]  # fmt: skip
+    heads = ["activity", "windows", "before", "ten, answered by half", "ten", "thirty",
+             "gain by ten", "gain by thirty"]  # fmt: skip
     said = f"{ASKED_TERMINALS} terminals of {ASKED_SECONDS} s; foreseen by smoothed pairs."
     return f"{table(heads, rows)}\n\n{said}"
 

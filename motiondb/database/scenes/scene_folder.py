@@ -188,6 +188,8 @@ _SEEN = {
     "held pose": "{0} holds a pose without moving for {value:.1f} s",
     "misses": "what {0} sends misses the {1} by {value:.2f} m",
     "object": "the object passes through {0}",
+    "order": "{0} begins only when {1} has ended step {value:.0f}, which comes later",
+    "place": "{0} passes through the {1}",
 }
 
 

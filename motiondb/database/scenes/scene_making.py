@@ -133,6 +133,7 @@ def _make(
                         terminal.event,
                         events.get(info.capture_id, ()),
                         info.tags.get("licence", ""),
+                        terminal.asked and not grammar.activity.shortest_rest(terminal.name),
                     )
                 )
     _check_terminals(grammar, {one.terminal for one in shown})

@@ -10,7 +10,8 @@ unit action, such as half a cycle of walking. So that actions can be chained and
   ball, or else into equal pieces;
 * pieces of one and of two spans between cuts are made (in place also of four), so that there are
   long ones too;
-* an action with an event (the release of a shot), a turn and a short action stay whole.
+* an action with an event (the release of a shot), a turn, a short action, and one in place that
+  is done only when asked (a wave) stay whole.
 
 Cuts are taken from annotated events, or else from the contacts of the feet
 (:mod:`motiondb.body.contacts`).
@@ -191,6 +192,7 @@ class ShownMotion:
     event: str = ""  # Name of the action's event, "" if it has none
     events: tuple[Event, ...] = ()  # Events of the whole capture, in frames of the motion
     licence: str = ""  # Licence of the capture
+    is_whole: bool = False  # Whether nothing less than all of it shows the action in place
 
 
 @dataclass(frozen=True, order=True)
@@ -207,7 +209,11 @@ def cut_action(shown: ShownMotion, frames: BodyFrames) -> list[Piece]:
     start, end = without_rest(frames, shown.start, shown.end)
     going = travels(frames, start, end)
     turns = bool(abs(frames.places[end - 1, 2] - frames.places[start, 2]) > TURNED)
-    if shown.event or (turns and not going) or not (going or end - start >= GOES_ON):
+    if (
+        shown.event
+        or (turns and not going)
+        or not (going or (end - start >= GOES_ON and not shown.is_whole))
+    ):
         return [_around_instant(shown, frames, start, end)]
     catches = sorted({e.frame for e in shown.events if e.name == "catch"})
     cuts = _foot_strikes(shown, frames) if going else catches

@@ -38,6 +38,7 @@ from motiondb.scene.language.activity import (
     PUT,
     RECEIVER,
     SEND,
+    STRIKE,
     TAKE,
     TARGET,
     Activity,
@@ -48,7 +49,6 @@ from motiondb.scene.language.expressions import (
     DiagramRule,
     Item,
     Spans,
-    aligned,
     assignments,
     auxiliary_rules,
     expressions,
@@ -73,7 +73,7 @@ from motiondb.scene.language.semantic_rules import (
     Target,
 )
 from motiondb.scene.language.semantic_rules import THROUGHOUT as THROUGHOUT_NAME
-from motiondb.scene.language.tactics import Diagram
+from motiondb.scene.language.tactics import Diagram, aligned
 
 # The semantic rules of a scene in one table of numbers for compiled code.
 
@@ -304,7 +304,7 @@ class Binder:
     def _aims(self, player: int, string: BoundString) -> Iterator[tuple[tuple[int, int], str]]:
         """Yield a player's actions that send or put the object, with the names of their targets."""
         items = self.items[player]
-        sends = self.grammar.activity.doing(SEND, PUT)
+        sends = self.grammar.activity.doing(SEND, STRIKE, PUT)
         for k, action in enumerate(string.actions):
             if action in sends:
                 of = [n for n, (first, last) in enumerate(string.spans) if first <= k < last]

@@ -25,7 +25,8 @@ ROLES = (RECEIVER, OPPONENT, PARTNER, TARGET)
 target), the nearest player of another role (opponent), and whoever one acts with (partner)."""
 
 TAKE, KEEP, BOUNCE, GIVE, SEND, PUT = "take", "keep", "bounce", "give", "send", "put"
-DEEDS = (TAKE, KEEP, BOUNCE, GIVE, SEND, PUT)
+STRIKE = "strike"  # Sends it from where it lies, without a hand
+DEEDS = (TAKE, KEEP, BOUNCE, GIVE, SEND, PUT, STRIKE)
 """What an action does with the object: at its event, or, for keep and bounce, all the time."""
 KEEPING = (KEEP, BOUNCE)
 LOSING = (GIVE, SEND, PUT)
@@ -228,7 +229,7 @@ class Activity:
         """
         form = self.verb(verb, holds)
         deeds = {self.deed(action) for action in form.last}
-        if deeds & {GIVE, SEND}:
+        if deeds & {GIVE, SEND, STRIKE}:
             return GIVE if GIVE in deeds else SEND
         if form.link and not form.goes:
             return "link"

@@ -29,7 +29,7 @@ from itertools import islice, pairwise
 import numpy as np
 
 from motiondb.records import FloatArray
-from motiondb.scene.language.activity import GIVE, SEND, TAKE
+from motiondb.scene.language.activity import GIVE, SEND, STRIKE, TAKE
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.possession import first_holder, has_ball
 from motiondb.scene.language.semantic_rules import (
@@ -324,34 +324,6 @@ def _shared_out(intervals: list[tuple[int, int]], items: Sequence[Item]) -> list
     return intervals
 
 
-def aligned(
-    acts: Sequence[tuple[int, int]], replies: Sequence[tuple[int, int]]
-) -> list[tuple[int, int]]:
-    """Return pairs of acts and answers in order, as many as possible, of the same step if possible.
-
-    Acts and answers are given by number and step. -1 stands for one that is missing.
-
-    >>> aligned([(0, 1), (3, 2)], [(1, 2)])
-    [(0, -1), (3, 1)]
-    """
-    best: list[list[tuple[float, list[tuple[int, int]]]]]
-    best = [[(0.0, [(-1, m) for m, _ in replies[:j]]) for j in range(len(replies) + 1)]]
-    for i, (k, step) in enumerate(acts, start=1):
-        row = [(best[i - 1][0][0], [*best[i - 1][0][1], (k, -1)])]
-        for j, (m, their) in enumerate(replies, start=1):
-            (left, one), (up, two), (both, three) = row[j - 1], best[i - 1][j], best[i - 1][j - 1]
-            row.append(
-                max(
-                    (up, [*two, (k, -1)]),  # the earliest of several that are as good
-                    (left, [*one, (-1, m)]),
-                    (both + 1.0 + 0.5 * (step == their), [*three, (k, m)]),
-                    key=lambda found: found[0],
-                )
-            )
-        best.append(row)
-    return best[-1][-1][1]
-
-
 def auxiliary_rules(diagram: Diagram, grammar: MotionGrammar) -> tuple[DiagramRule, ...]:
     """Return the rules that follow from a diagram, beside those of its grammar."""
     auxiliary: list[DiagramRule] = []
@@ -402,7 +374,7 @@ def _link_rules(item: Item, grammar: MotionGrammar) -> Iterator[SemanticRule]:
     activity, action = grammar.activity, item.actions[0]
     deed = activity.deed(action)
     target = item.other or item.target or activity.aim(action)
-    if deed not in (GIVE, SEND) or not target:
+    if deed not in (GIVE, SEND, STRIKE) or not target:
         return
     moment, of = Moment(grammar.terminal[action].event or END), item.actions
     stated = {type(a.rule) for a in grammar.annotations if a.symbol in of and not a.within}

@@ -70,6 +70,7 @@ from motiondb.scene.language.grammar_reading import Draft, GrammarReading
 from motiondb.scene.language.motion_grammar import Annotation, MotionGrammar
 from motiondb.scene.language.semantic_rules import (
     END,
+    EVENT,
     RULE_NAMES,
     START,
     THROUGHOUT,
@@ -235,6 +236,11 @@ def _completed(draft: Draft, token: Token, reading: GrammarReading) -> SemanticR
         weight = reading.weight.get(RULE_NAMES[type(rule)], type(rule).weight)
         rule = replace(rule, weight=weight)
     event = reading.terminals[symbol][0].event if symbol in reading.terminals else ""
+    if isinstance(rule, SynchronisationRule):
+        if rule.moment.name not in ("", event):
+            advice = f"Leave 'at {rule.moment.name}' out."
+            reading.fail(draft.symbols[0], "a synchronisation at the events of both", advice)
+        return replace(rule, moment=Moment(event or EVENT))
     if moment := rule.moment.name:
         if moment not in (START, END, THROUGHOUT, event):
             moments = ", ".join([START, END, THROUGHOUT, *([event] * bool(event))])
@@ -245,8 +251,4 @@ def _completed(draft: Draft, token: Token, reading: GrammarReading) -> SemanticR
             what = f"a moment of {symbol} ({moments})"
             reading.fail(draft.symbols[0], what, advice, repr(moment))
         return rule
-    if isinstance(rule, SynchronisationRule) and not event:
-        what = "an action with an instant to synchronise"
-        advice = f"Write 'event contact' after {symbol}'s words, or 'at start' after the rule."
-        reading.fail(draft.symbols[0], what, advice)
     return replace(rule, moment=Moment(event or THROUGHOUT))

@@ -21,7 +21,7 @@ from functools import cached_property
 
 from motiondb.errors import Fault, SceneError, suggestion
 from motiondb.grammar.cfg.context_free import Grammar
-from motiondb.scene.language.activity import GIVE, SEND, Activity
+from motiondb.scene.language.activity import GIVE, SEND, STRIKE, Activity
 from motiondb.scene.language.semantic_rules import SemanticRule, Weights
 
 
@@ -104,7 +104,7 @@ class MotionGrammar:
         given, are always among them: there would be throws to nobody, and catches from nowhere.
         """
         said = [terminal.name for terminal in self.terminals if terminal.asked]
-        thrown = self.activity.doing(GIVE, SEND)
+        thrown = self.activity.doing(GIVE, SEND, STRIKE)
         caught = (row for row in self.activity.replies if row[0] in thrown)
         return tuple(dict.fromkeys([*said, *thrown, *(a for _, _, row in caught for a in row)]))
 

@@ -25,6 +25,7 @@ from motiondb.scene.language.activity import (
     PUT,
     RECEIVER,
     ROLES,
+    STRIKE,
     TAKE,
 )
 from motiondb.scene.language.semantic_rules import Spot
@@ -80,6 +81,18 @@ def _after(diagram: Diagram, act: Act, held: bool) -> bool:
 def _needs(diagram: Diagram, element: Element) -> bool:
     """Return whether an element can only be done by who has the object."""
     return _begins(diagram, element, *KEEPING, *LOSING)
+
+
+def _who_has(diagram: Diagram, element: Element) -> str:
+    """Return the player who has the object when an element begins, or ""."""
+    for name, acts in diagram.acts.items():
+        before = [a for a in acts if diagram.elements[a.element].step < element.step]
+        held = first_holder(diagram) == name
+        for act in before:
+            held = _after(diagram, act, held)
+        if held:
+            return name
+    return ""
 
 
 def _begins(diagram: Diagram, element: Element, *deeds: str) -> bool:
@@ -146,6 +159,15 @@ def _name_faults(diagram: Diagram) -> Iterator[Fault]:
 
 def _stretch_faults(diagram: Diagram, everybody: str) -> Iterator[Fault]:
     names = list(diagram.player)
+    steps = {element.step for element in diagram.elements}
+    kept = [(str(one), (one.first, one.last)) for one in diagram.stretches]
+    timed = [(f"step {step} comes {lag:g} s after {since}", (step, since))
+             for step, lag, since in diagram.times]  # fmt: skip
+    named = [(number, what) for what, of in (*kept, *timed) for number in of]
+    for number, what in named:
+        if number and number not in steps:
+            one_of = f"a step of the diagram ({', '.join(map(str, sorted(steps)))})"
+            yield Fault(one_of, str(number), "Draw it, or name another.", subject=what)
     for stretch in diagram.stretches:
         for name in (stretch.player, stretch.other):
             if name and name not in names:
@@ -270,14 +292,22 @@ def _act_faults(
         what = f"a receiver without the {thing}"
         yield _fault(element, what, actual, "Let it be given away before.")
     elif not act.part and _needs(diagram, element) and not ball:
-        gone = f"{name} without the {thing}"
+        gone, advice = f"{name} without the {thing}", f"Let {name} take it, or be given it, before."
+        if diagram.activity.thing and diagram.activity.thing.at:
+            advice += (
+                f" What is struck where it lies, such as by a kick, needs 'strike({thing}, PLACE)'."
+            )
         if given is not None:
             gone += f" since '{given}' (line {given.line})"
+            advice = "Let it be given back."
         fields = {"player": name, "thing": thing, "since": str(given or "")}
-        yield _fault(element, what, gone, "Let it be given back.", "empty_handed", **fields)
+        yield _fault(element, what, gone, advice, "empty_handed", **fields)
     elif takes and not (diagram.activity.thing and diagram.activity.thing.at):
         advice = f"Give it to {name} instead, or say where it lies: 'object {thing} at PLACE'."
         yield _fault(element, f"a {thing} to take", "none that lies anywhere", advice)
+    elif not act.part and _begins(diagram, element, STRIKE) and _who_has(diagram, element):
+        actual = f"{_who_has(diagram, element)} with it"
+        yield _fault(element, f"the {thing} to lie", actual, "Let it be put down before.")
     elif free and ball:
         advice = f"Choose an action that keeps the {thing}, or let it be given away before."
         actual = f"{name} with it"

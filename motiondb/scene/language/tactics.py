@@ -14,8 +14,10 @@ Forum 35 (2016), section 4.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import permutations
 
 from motiondb.scene.language.activity import (
     OPPONENT,
@@ -146,8 +148,9 @@ class Diagram:
     def acts(self) -> dict[str, tuple[Act, ...]]:
         """Acts of each player in the order of time; players are in the order of the file.
 
-        The other player of a pass catches, by the rules of the grammar. Who has an element that
-        does what is asked, such as the shot that is blocked, does not do it once more.
+        The other player of a pass catches, by the rules of the grammar, and who is attacked
+        answers. Who has an element that does what is asked, such as the shot that is blocked, does
+        not do it once more.
         """
         rows: dict[str, list[tuple[int, int, Act]]] = {player.name: [] for player in self.players}
         for number, element in enumerate(self.elements):
@@ -156,6 +159,8 @@ class Diagram:
             for part in self._parts(element):
                 step = element.caught or element.step
                 rows[element.other].append((step, number, Act(number, part)))
+        for number, part, name in self._undrawn_answers():
+            rows[name].append((self.elements[number].step, number, Act(number, part)))
         return {
             name: tuple(act for _, _, act in sorted(acts, key=lambda row: row[:2]))
             for name, acts in rows.items()
@@ -174,6 +179,25 @@ class Diagram:
             for action in step.actions
         }
         return tuple(part for part in parts if not set(part) & own)[:1]
+
+    def _undrawn_answers(self) -> Iterator[tuple[int, tuple[str, ...], str]]:
+        """Yield every element whose answer is not drawn, the answers of the grammar, and whose."""
+        for said in self.activity.answers:
+            for one, other in permutations(self.player, 2):
+                acts, replies = self._drawn(said.acts, one, other), self._drawn(said.answers, other)
+                for number, reply in aligned(acts, replies):
+                    if number >= 0 > reply:
+                        yield number, said.answers, other
+
+    def _drawn(self, actions: Sequence[str], name: str, to: str = "") -> list[tuple[int, int]]:
+        """Return the elements of a player that ask for one of these, with their steps in order."""
+        found = [
+            (number, one.step)
+            for number, one in enumerate(self.elements)
+            if one.player == name and set(self.verb(one, True).last) <= set(actions)
+            if to in ("", one.other or self.partner_of(name))
+        ]
+        return sorted(found, key=lambda pair: pair[1])
 
     def opponent_of(self, name: str) -> str:
         """Return a player's opponent: by ``guards``, else the nearest of another role, or ""."""
@@ -220,3 +244,31 @@ class Diagram:
 
 def _apart(one: Spot, other: Spot) -> float:
     return float(((one.x - other.x) ** 2 + (one.z - other.z) ** 2) ** 0.5)
+
+
+def aligned(
+    acts: Sequence[tuple[int, int]], replies: Sequence[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """Return pairs of acts and answers in order, as many as possible, of the same step if possible.
+
+    Acts and answers are given by number and step. -1 stands for one that is missing.
+
+    >>> aligned([(0, 1), (3, 2)], [(1, 2)])
+    [(0, -1), (3, 1)]
+    """
+    best: list[list[tuple[float, list[tuple[int, int]]]]]
+    best = [[(0.0, [(-1, m) for m, _ in replies[:j]]) for j in range(len(replies) + 1)]]
+    for i, (k, step) in enumerate(acts, start=1):
+        row = [(best[i - 1][0][0], [*best[i - 1][0][1], (k, -1)])]
+        for j, (m, their) in enumerate(replies, start=1):
+            (left, one), (up, two), (both, three) = row[j - 1], best[i - 1][j], best[i - 1][j - 1]
+            row.append(
+                max(
+                    (up, [*two, (k, -1)]),  # the earliest of several that are as good
+                    (left, [*one, (-1, m)]),
+                    (both + 1.0 + 0.5 * (step == their), [*three, (k, m)]),
+                    key=lambda found: found[0],
+                )
+            )
+        best.append(row)
+    return best[-1][-1][1]

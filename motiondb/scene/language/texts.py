@@ -34,7 +34,7 @@ SMALLEST, LARGEST = 2.0, 100.0
 """Limits of the size of the ground, m. Outside, the file is likely to use another unit."""
 
 _NAME, _BEHIND = r"[^\W\d]\w*'?(?:-\w+)*", r"(?![\w'-])"
-_NUMBER = r"/[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?/"
+_NUMBER = r"/[-+]?(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][-+]?\d+)?/"
 _END = "\x1e"  # Marks the end of a statement
 _PATTERNS = rf"""
 _NL: "{_END}"

@@ -28,7 +28,7 @@ from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.energy.scene_arrays import SceneState
-from motiondb.scene.language.semantic_rules import RULE_NAMES
+from motiondb.scene.language.semantic_rules import RULE_NAMES, SemanticRule, SynchronisationRule
 from motiondb.scene.polish.path_editing import Overlap, overlaps
 from motiondb.scene.polish.placed import Placed
 from motiondb.scene.polish.polish import PolishedScene
@@ -106,7 +106,7 @@ def report_scene(
         tuple(jumps),
         limbs,
         tuple(guards),
-        tuple(seen_faults(table, joints, guards, polished.ball)),
+        tuple(seen_faults(table, after, joints, guards, polished.ball)),
     )
 
 
@@ -134,7 +134,7 @@ def _rule(table: RuleTable, number: int, before: Timeline, after: Timeline) -> R
         int(row["first"]),
         int(row["last"]),
         RULE_NAMES[type(rule)],
-        _about(table, row),
+        _about(table, row, rule),
         _UNITS.get(kind, "m"),
         threshold,
         now[1],
@@ -161,10 +161,12 @@ def _value(table: RuleTable, number: int, timeline: Timeline) -> tuple[float, in
     return float(beyond[worst]), int(frames[worst])
 
 
-def _about(table: RuleTable, row: np.void) -> str:
+def _about(table: RuleTable, row: np.void, rule: SemanticRule) -> str:
     """Return the player or place that a rule refers to, in words."""
     if row["kind"] == kinds.UNMET:
-        return "nobody"
+        if not isinstance(rule, SynchronisationRule):
+            return "nobody"
+        return f"no {'|'.join(rule.actions)} of {rule.partner}"
     if row["kind"] == kinds.SYNCHRONISATION:
         meant = table.partners[row["partner_first"] : row["partner_last"]].tolist()
         actions = table.actions[row["partner"]]

@@ -26,12 +26,18 @@ TOO_FAR = 1.0 / 3.0
 """Share of the scene in which a declared guard may be out of the bounds of the grammar before it is
 a fault. Chosen by hand."""
 STANDS = 0.15  # Mean speed of the pelvis over half a second, m/s, below which somebody stands
+SITS = 0.7  # Height of the pelvis, m, below which somebody sits or lies: nobody misses their steps
 LONG, MOSTLY = 4.0, 0.5
 """Seconds of standing, and its share of the scene, from which on it is a fault."""
 HELD, HELD_FOR = 0.02, 1.0
 """Speed of the fastest joint, m/s, below which a pose is held, and seconds from which it counts."""
 MOVING_GAP = 1.0  # Seconds that somebody who keeps moving may stand
 _THICK = 0.05  # Radius of limbs that things must not pass through, m
+_TALL = 2.0  # Height, m, up to which a level place stands on the ground, as a table does
+_TRUNK = np.array([
+    [body.INDEX[a], body.INDEX[b]]
+    for a, b in (("neck", "pelvis"), ("l_hip", "l_knee"), ("r_hip", "r_knee"))
+])  # fmt: skip
 _FINE = 4  # Times within a frame at which things that fly are looked at
 
 
@@ -120,27 +126,59 @@ def _frames_of(kept: Stretch, table: RuleTable, timeline: Timeline) -> tuple[int
 
 def seen_faults(
     table: RuleTable,
+    timeline: Timeline,
     joints: Sequence[FloatArray],
     guards: Sequence[GuardReport],
     ball: Ball | None,
 ) -> Iterator[SeenFault]:
     """Yield what a viewer sees at once although no rule is about it."""
     n_frames = len(joints[0])
+    yield from _out_of_order(table, timeline)
     for guard in guards:
         if guard.outside > TOO_FAR:
             share = guard.outside
             yield SeenFault("guard", (guard.player, guard.target), 0, n_frames, share, "of frames")
     for name, positions in zip(table.players, joints, strict=True):
         yield from _standing(name, positions)
+        yield from _through_places(table, name, positions)
     if ball is not None:
         yield from _misses(table, ball)
         yield from _passes_through(table, joints, ball)
 
 
+def _out_of_order(table: RuleTable, timeline: Timeline) -> Iterator[SeenFault]:
+    """Yield who begins a step only when somebody has ended a later one."""
+    acts = [
+        (step, int(timeline.begins[p][first]), timeline.end_of(p, last - 1), table.players[p])
+        for step, p, first, last in table.steps
+    ]
+    for step, begins, _, who in acts:
+        ended = [(end, late, name) for late, _, end, name in acts if late > step and end <= begins]
+        if ended:
+            end, late, name = min(ended)
+            yield SeenFault("order", (who, name), end, begins, float(late), "step")
+
+
+def _through_places(table: RuleTable, name: str, joints: FloatArray) -> Iterator[SeenFault]:
+    """Yield the places that stand on the ground, such as tables, with somebody in the middle."""
+    trunk = joints[:, _TRUNK]
+    for place in table.places.values():
+        if place.at is None or place.is_upright or not 0.0 < place.height < _TALL:
+            continue
+        above, below = trunk[:, :, 0], trunk[:, :, 1]
+        rise = above[..., 1] - below[..., 1]
+        share = (place.height - below[..., 1]) / np.where(np.abs(rise) < 1e-6, 1e-6, rise)
+        at = below + share[..., None] * (above - below)
+        apart = np.hypot(at[..., 0] - place.at.x, at[..., 2] - place.at.z)
+        inside = (share >= 0.0) & (share <= 1.0) & (apart < place.width / 2.0 - _THICK)
+        for start, end in runs(np.asarray(inside.any(axis=1))):
+            yield SeenFault("place", (name, place.name), start, end, place.height, "m")
+
+
 def _standing(name: str, joints: FloatArray) -> Iterator[SeenFault]:
     """Yield the longest time in which somebody stands, and every pose that is held."""
     n_frames = len(joints)
-    stands = travel_speeds(joints) < STANDS
+    stands = (travel_speeds(joints) < STANDS) & (joints[:, 0, 1] > SITS)
     start, end = max(runs(stands), key=lambda run: run[1] - run[0], default=(0, 0))
     if end - start > max(LONG * MOTION_FPS, MOSTLY * n_frames):
         yield SeenFault("stands", (name,), start, end, (end - start) / MOTION_FPS, "s")
@@ -172,8 +210,11 @@ def _passes_through(
         near = _bone_distance(_finely(ball.positions), _finely(joints[player]))
         near = near.reshape(-1, _FINE).min(axis=1)
         inside = near < ball.size / 2.0 - _THICK
-        held = np.flatnonzero(ball.holder == player)
-        for frame in held:  # hands come to it before, and leave it afterwards
+        struck = [sent.frame for sent in ball.sent if sent.player == player]
+        for frame in [
+            *np.flatnonzero(ball.holder == player),
+            *struck,
+        ]:  # hands come to it before, and leave it afterwards
             inside[max(frame - 12, 0) : frame + 13] = False
         for start, end in runs(inside):
             depth = float(ball.size / 2.0 - near[start:end].min())

@@ -66,12 +66,10 @@ class Derivations:
         chances[compiled.rule_numbers] = compiled.probabilities
         with np.errstate(divide="ignore"):
             self._log_weights = np.log(chances).tolist()
-        for closed in (frozenset(only_asked), frozenset[str]()):
-            self._next = _transitions(compiled.names[compiled.terminals], self.items, closed)
-            made = inside(compiled, _automaton(self._next, self.n_states))
-            if made.weight(compiled.start) > 0.0:
-                break
-        else:
+        closed = frozenset(only_asked)
+        self._next = _transitions(compiled.names[compiled.terminals], self.items, closed)
+        made = inside(compiled, _automaton(self._next, self.n_states))
+        if not made.weight(compiled.start) > 0.0:
             wanted = "".join(map(str, self.items))
             raise SceneError(
                 f"grammar: expected a string from {grammar.start} that fits {wanted}, found none."

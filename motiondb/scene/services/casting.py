@@ -35,6 +35,7 @@ from motiondb.scene.language.semantic_rules import (
     line_error,
 )
 from motiondb.scene.language.tactics import Diagram, Element, Stretch
+from motiondb.scene.sampling.random_subtrees import Derivations
 from motiondb.scene.services.services import plan
 
 
@@ -84,9 +85,36 @@ def _cast_player(
             "Make a scene of each part of the play.",
         )
         return Fault(what, str(len(items)), advice, player.line, 0, name)
-    return _missing_role(diagram, grammar, name, start, items) or _planned(
-        diagram, grammar, name, start, items
-    )
+    missing = _missing_role(diagram, grammar, name, start, items)
+    tree = missing or _planned(diagram, grammar, name, start, items)
+    return _unasked(diagram, grammar, name, start, items, tree) if isinstance(tree, Tree) else tree
+
+
+def _unasked(
+    diagram: Diagram,
+    grammar: MotionGrammar,
+    name: str,
+    start: str,
+    items: Sequence[Item],
+    tree: Tree,
+) -> Tree | Fault:
+    """The string, or that the grammar forces an action that is done only when asked."""
+    closed = exact_actions(diagram, grammar, name)
+    try:
+        Derivations(grammar.started(start), items, closed)
+    except SceneError:
+        asked = {action for item in items for action in item.actions}
+        unasked = [a for a in dict.fromkeys(tree.leaves()) if a in closed and a not in asked]
+        without = " and ".join(unasked) or "more of it"
+        return Fault(
+            f"a string of the grammar {grammar.name} with what is drawn",
+            f"none without {without}, which is done only when asked: '{' '.join(tree.leaves())}'",
+            "Draw it, take 'when asked' from it, or add a rule that does without.",
+            diagram.player[name].line,
+            0,
+            name,
+        )
+    return tree
 
 
 def _planned(
@@ -235,7 +263,9 @@ def _links(
     apart = math.hypot(item.way[-1].x - theirs.way[0].x, item.way[-1].z - theirs.way[0].z)
     lag = max(apart - 2.0 * _NEAR, 0.0) / PASS_SPEED if gives else 0.0
     why = f"{item.other} does {theirs} when {name} does {item}"
-    back = [] if gives else [_Demand(other, one, 0.0, why)]
+    answers = {action for said in diagram.activity.answers for action in said.answers}
+    later = gives or answers.issuperset(theirs.actions)
+    back = [] if later else [_Demand(other, one, 0.0, why)]
     return [_Demand(one, other, lag, why), *back]
 
 
@@ -288,9 +318,11 @@ def _told(circle: list[_Demand]) -> str:
     runs = [demand.why for demand in circle if "have to run" in demand.why]
     stated = [demand.why for demand in circle if demand.why.startswith("in ")]
     if stated:
-        done = " and ".join(runs) or "; ".join(d.why for d in circle if d.why and d.seconds > 0.0)
+        acts = [d.why for d in circle if d.why and d.seconds > 0.0 and d.why not in stated]
+        done = " and ".join(runs) or "; ".join(acts)
+        told = f"that {done} {stated[0]}" if done else "that one follows " + ", one ".join(stated)
         return (
-            f"expected times that people can keep, found that {done} {stated[0]}."
+            f"expected times that people can keep, found {told}."
             " Give them longer, or draw a shorter way."
         )
     acts = [demand.why for demand in circle if demand.why]

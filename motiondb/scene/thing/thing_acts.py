@@ -16,14 +16,14 @@ from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.activity import (
     BOUNCE,
     GIVE,
-    KEEPING,
-    LOSING,
     PUT,
     SEND,
+    STRIKE,
     TAKE,
     Place,
     Thing,
 )
+from motiondb.scene.language.possession import first_holder
 from motiondb.scene.timing.timeline import Timeline, measure
 
 _SHORTEST, _PERIOD, _RAMP = 6, 20, 8
@@ -71,6 +71,11 @@ class Possession:
     bounces: tuple[Bounce, ...] = ()
     left: str = ""  # How it leaves the hands: give, send or put; "" if it does not
     aim: Aim | None = None  # Where it is sent or put
+
+    @property
+    def is_struck(self) -> bool:
+        """Whether it leaves from where it lies, and is never in the hands."""
+        return self.since == self.until
 
     def dribbled(self, n_frames: int) -> FloatArray:
         """Return 1 at frames of dribbling, else 0: array (frames,)."""
@@ -129,7 +134,8 @@ def thing_acts(
         return None
     deeds = sorted(_deeds(table, timeline), key=lambda deed: deed.frame)
     place = table.places.get(thing.at)
-    holder, since = -1 if place else _first(table, deeds), 0
+    name = first_holder(table.diagram)
+    holder, since = table.players.index(name) if name else -1, 0
     if holder < 0 and not place and not any(deed.deed == TAKE for deed in deeds):
         return None
     possessions: list[Possession] = []
@@ -143,10 +149,13 @@ def thing_acts(
             if holder < 0 and deed.frame > since:
                 holder, since = deed.player, deed.frame
             continue
-        if deed.player != holder or deed.frame <= since:
+        if deed.deed == STRIKE and holder < 0:
+            holder, since = deed.player, deed.frame
+        elif deed.player != holder or deed.frame <= since:
             continue
         aim = None if deed.deed == GIVE else aim_of(table, deed.player, deed.clip)
-        had(deed.frame, _hand(state, library, deed.player, deed.clip), deed.deed, aim)
+        left = SEND if deed.deed == STRIKE else deed.deed
+        had(deed.frame, _hand(state, library, deed.player, deed.clip), left, aim)
         holder, since = deed.partner, max(deed.caught, deed.frame + 1)
     if holder >= 0:
         had(timeline.n_frames - 1, 1)
@@ -191,18 +200,8 @@ def _deeds(table: RuleTable, timeline: Timeline) -> Iterator[_Deed]:
                 partner, theirs = given[player, clip]
                 arrives = int(timeline.instants[partner][theirs])
                 yield _Deed(frame, player, clip, deed, partner, arrives)
-            elif deed in (SEND, PUT) or (deed == TAKE and (player, clip) not in caught):
+            elif deed in (SEND, STRIKE, PUT) or (deed == TAKE and (player, clip) not in caught):
                 yield _Deed(frame, player, clip, deed)
-
-
-def _first(table: RuleTable, deeds: list[_Deed]) -> int:
-    """Return the first player with the object: who loses it first, else who keeps it; or -1."""
-    for deed in deeds:
-        if deed.deed in LOSING:
-            return deed.player
-    keep = table.activity.doing(*KEEPING)
-    kept = [p for p, actions in enumerate(table.actions) if set(keep) & set(actions)]
-    return kept[0] if kept else -1
 
 
 def _hand(state: SceneState, library: ClipLibrary, player: int, clip: int) -> int:

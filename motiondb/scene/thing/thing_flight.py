@@ -241,20 +241,24 @@ def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]
     joints = [retarget.motion_positions(motion) for motion in motions]
     free = np.zeros(n_frames, dtype=bool)
     sent: list[Sent] = []
-    lies = None if acts.lies is None else np.array(acts.lies.at)
-    if lies is not None:
-        positions[:] = lies
+    is_loose = acts.lies is not None
+    if acts.lies is not None:
+        positions[:] = acts.lies.at
     for number, possession in enumerate(acts.possessions):
         since, until = possession.since, possession.until
         held = held_thing(possession, *joints[possession.player], size)
         before = None if number == 0 else acts.possessions[number - 1]
-        if lies is not None:
-            held = _taken(held, since, lies)
+        if is_loose:
+            held = _taken(held, since, positions[since].copy())
         if possession.left == PUT:
             lies = _put_at(possession, held, joints, size)
             held = _taken(held, until, lies, ahead=False)
+            positions[until:] = lies
         frames = np.arange(since, until + 1)
-        positions[frames], holder[frames] = held.ball[frames], possession.player
+        positions[frames] = held.ball[frames]
+        if not possession.is_struck:
+            holder[frames] = possession.player
+            moved[possession.player] = _brought(moved[possession.player], possession, held)
         for bounce in possession.bounces:
             inner = np.arange(bounce.release, bounce.catch + 1)
             ends = held.ball[bounce.release], held.ball[bounce.catch]
@@ -264,12 +268,9 @@ def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]
             free[inner[1:-1]] = True
         if before is not None and before.left == GIVE:
             _pass(positions, before.until, since)
-        moved[possession.player] = _brought(moved[possession.player], possession, held)
         if possession.left == SEND:
             sent += _send(positions, possession, joints, size)
-        elif possession.left == PUT and lies is not None:
-            positions[until:] = lies
-        lies = positions[-1].copy() if possession.left in (SEND, PUT) else None
+        is_loose = possession.left in (SEND, PUT)
     return Ball(positions, holder, _gaps(positions, holder, free, moved), size, tuple(sent)), moved
 
 

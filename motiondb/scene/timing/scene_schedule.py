@@ -15,7 +15,7 @@ from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.energy.scene_arrays import SceneState
-from motiondb.scene.language.activity import SEND, Activity
+from motiondb.scene.language.activity import SEND, STRIKE, Activity
 from motiondb.scene.timing.playing import (
     Pause,
     Playing,
@@ -89,7 +89,7 @@ def after_clips(
     entries = np.asarray(state.players[player].entries)
     after = [0] * len(entries)
     for clip, action in enumerate(table.actions[player]):
-        if table.activity.deed(action) == SEND:
+        if table.activity.deed(action) in (SEND, STRIKE):
             entry = int(entries[clip])
             left = int(library.n_frames[entry]) - int(library.event_frame[entry])
             after[clip] = max(AFTER_SENT - left, 0)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -63,6 +65,13 @@ def test_a_run_from_rest_to_rest_is_cut_into_steps() -> None:
         Piece(20, 40, "middle"), Piece(30, 40, "middle"), Piece(30, 52, "stop"),
         Piece(40, 52, "stop"),
     ]  # fmt: skip
+
+
+def test_a_wave_that_is_asked_for_is_not_cut() -> None:
+    wave = shown(90)
+    frames = moving(np.full(90, 1.0), travel=False)
+    assert len(cut_action(wave, frames)) > 1
+    assert cut_action(replace(wave, is_whole=True), frames) == [Piece(0, 90)]
 
 
 @pytest.mark.parametrize(

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 
 from motiondb.body import body
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
+from motiondb.records import Motion
 from motiondb.scene.clips.clip_cutting import found_instant
 from motiondb.scene.energy.binding import DISTANCE, SYNCHRONISATION, UNMET, bind
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
-from motiondb.scene.language.expressions import aligned, exact_actions, expressions
+from motiondb.scene.language.expressions import exact_actions, expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.possession import first_holder, has_ball
 from motiondb.scene.language.semantic_rules import Spot
+from motiondb.scene.language.tactics import aligned
 from motiondb.scene.language.tactics_file import format_diagram, parse_diagram, read_diagram
 from motiondb.scene.services.casting import cast, check_times
-from motiondb.scene.thing.thing_acts import thing_acts
+from motiondb.scene.thing.thing_acts import ThingActs, thing_acts
+from motiondb.scene.thing.thing_flight import fly
 from motiondb.scene.timing.timeline import sampled_timeline
 
 DANCE = read_motion_grammar(
@@ -48,12 +53,13 @@ CUP = read_motion_grammar(
     object cup size 8 cm at table
     place table height 70 cm size 60 cm
     place goal at 0 4 height 1 m size 3 x 2 m
-    S -> take | walk | drink | give_it | toss | bear | put_it
+    S -> flick | flick S | take | walk | drink | give_it | toss | bear | put_it
     S -> take S | walk S | drink S | give_it S | toss S | bear S | put_it S
     take := "take"
     walk := "walk"
     bear := "bear"
     drink := "drink"
+    flick := "flick" event contact
     give_it := "give" event release
     toss := "toss" event release
     put_it := "put" event release
@@ -62,6 +68,7 @@ CUP = read_motion_grammar(
     give_it: give(cup)
     toss: send(cup, goal)
     put_it: put(cup)
+    flick: strike(cup, goal)
     verb go = walk to X Z
     verb go = bear to X Z with cup
     rest walk
@@ -76,10 +83,36 @@ def texts(grammar: MotionGrammar, text: str) -> dict[str, str]:
     return {name: "".join(map(str, items)) for name, items in expressions(diagram).items()}
 
 
+def acted(wandering: Callable, text: str) -> ThingActs:
+    """What is done with the cup if everybody plays their shortest string."""
+    diagram = read_diagram(text, "x", CUP.activity)
+    trees = cast(diagram, CUP, "x")
+    table, library = bind(diagram, CUP, trees), wandering(CUP.terminal)
+    players = [
+        PlayerState(trees[player.name], entries, (player.at.x, player.at.z, 0.0), 0)
+        for player, actions in zip(diagram.players, table.actions, strict=True)
+        for entries in [np.array([library.of(action)[0] for action in actions])]
+    ]
+    state = SceneState(tuple(players))
+    acts = thing_acts(state, library, table, sampled_timeline(state, library))
+    assert acts is not None
+    return acts
+
+
 def refusal(grammar: MotionGrammar, text: str) -> str:
     with pytest.raises(SceneError) as caught:
         cast(read_diagram(text, "x", grammar.activity), grammar, "x")
     return str(caught.value)
+
+
+def test_what_the_grammar_forces_although_nobody_asks_for_it_is_refused() -> None:
+    text = 'start S\nS -> walk wave\nwalk := "walk"\nwave := "wave" when asked\n'
+    told = refusal(read_motion_grammar(text, "g"), "player A at 0 0\n1 walk A")
+    assert told == (
+        "x:1: 'A': expected a string of the grammar g with what is drawn, found none without wave,"
+        " which is done only when asked: 'walk wave'. Draw it, take 'when asked' from it, or add a"
+        " rule that does without."
+    )
 
 
 def test_any_action_and_every_declared_class_is_a_verb() -> None:
@@ -155,22 +188,31 @@ def test_a_string_of_actions_is_done_with_the_object_or_without(done: str, told:
         cast(read_diagram(TABLE + done, "x", CUP.activity), CUP, "x")
 
 
+def test_what_is_struck_lies_and_is_in_nobodys_hands(wandering) -> None:
+    assert "expected the cup to lie, found Ana with it. Let it be put down before." in (
+        refusal(CUP, TABLE + "1 take Ana\n2 flick Bo at goal")
+    )
+    told = refusal(CUP, TABLE + "1 toss Ana at goal")
+    assert "Let Ana take it, or be given it, before. What is struck where it lies" in told
+    acts = acted(wandering, TABLE + "1 walk Ana\n1 walk Bo\n2 flick Ana at goal\n")
+    (struck,) = acts.possessions
+    assert (struck.is_struck, struck.left) == (True, "send")
+    upright = np.zeros((struck.until + 30, 21, 4), np.float32)
+    upright[..., 0] = 1.0
+    stand = Motion(upright, np.zeros((len(upright), 3), np.float32))
+    ball, moved = fly(acts, [stand, stand])
+    lying = ball.positions[: struck.until + 1]
+    np.testing.assert_allclose(lying, np.broadcast_to([2.0, 0.74, 0.0], lying.shape))
+    assert set(ball.holder) == {-1}
+    assert moved == [stand, stand]
+    assert [(sent.frame, sent.target) for sent in ball.sent] == [(struck.until, "goal")]
+
+
 def test_a_time_that_is_asked_for_does_not_change_the_receiver(wandering) -> None:
     text = "player Cid at -2 0\n1 take Ana\n2 give_it Ana to Bo\n3 walk Cid\n4 drink Bo\n"
     for timed in ("", "step 3 comes 1 s after 2"):
-        diagram = read_diagram(TABLE + text + timed, "x", CUP.activity)
-        trees = cast(diagram, CUP, "x")
-        table = bind(diagram, CUP, trees)
-        library = wandering(CUP.terminal)
-        players = [
-            PlayerState(trees[player.name], entries, (player.at.x, player.at.z, 0.0), 0)
-            for player, actions in zip(diagram.players, table.actions, strict=True)
-            for entries in [np.array([library.of(action)[0] for action in actions])]
-        ]
-        state = SceneState(tuple(players))
-        acts = thing_acts(state, library, table, sampled_timeline(state, library))
-        assert acts is not None
-        assert [table.players[one.player] for one in acts.possessions] == ["Ana", "Bo"]
+        acts = acted(wandering, TABLE + text + timed)
+        assert [("Ana", "Bo", "Cid")[one.player] for one in acts.possessions] == ["Ana", "Bo"]
 
 
 def test_a_string_of_actions_is_spelt_out_exactly() -> None:
@@ -261,9 +303,18 @@ def test_answers_are_one_to_one_and_in_order() -> None:
 
 def test_a_drawn_answer_is_that_of_its_step() -> None:
     drawn = "1 punch R on B\n2 kick R on B\n2 duck B\n"
-    assert answered("punch kick", "duck", drawn) == [
-        (UNMET, "R0", []),
-        (SYNCHRONISATION, "R1", [0]),
+    assert answered("punch kick", "parry duck", drawn)[:2] == [
+        (SYNCHRONISATION, "R0", [0]),
+        (SYNCHRONISATION, "R1", [1]),
+    ]
+
+
+def test_an_answer_that_is_not_drawn_is_asked_for_at_the_step_of_its_act() -> None:
+    drawn = "red R at 0 0\nblue B at 1 0\n1 punch R on B\n2 kick R on B\n2 duck B\n3 kick B on R\n"
+    asked = expressions(read_diagram(drawn, "x", FIGHT.activity))
+    assert ["".join(map(str, asked[name])) for name in "RB"] == [
+        "(punch)(kick)(parry|duck)",
+        "(parry|duck)(duck)(kick)",
     ]
 
 
@@ -295,6 +346,22 @@ def test_a_circle_of_times_that_cannot_be_closed_is_told() -> None:
     assert times(run + "step 4 comes 0.6 s after 2") == (
         "x: expected times that people can keep, found that A would have to run 8.0 m in 0.6 s"
         " between steps 2 and 4. Give them longer, or draw a shorter way."
+    )
+
+
+def test_steps_that_no_time_suits_or_that_are_not_drawn_are_told() -> None:
+    waits = "1 wait A\n2 wait B\n3 wait A\n"
+    told = times(
+        waits + "step 2 comes 1 s after 1\nstep 3 comes 1 s after 2\nstep 3 comes .5 s after 1"
+    )
+    assert told.startswith("x: expected times that people can keep, found that one follows in ")
+    assert "in 1 s between steps 1 and 2" in told
+    assert refusal(WAYS, "player A at 0 0\n1 wait A\nstep 9 comes 1 s after 1") == (
+        "x: 'step 9 comes 1 s after 1': expected a step of the diagram (1), found 9. Draw it, or"
+        " name another."
+    )
+    assert "'A keeps moving from 1 to 7': expected a step of the diagram (1), found 7" in (
+        refusal(WAYS, "player A at 0 0\n1 wait A\nA keeps moving from 1 to 7")
     )
 
 

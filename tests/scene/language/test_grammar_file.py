@@ -141,7 +141,7 @@ def test_units_moments_and_weights() -> None:
         b := "b"
         a: position(object), direction(90 deg) at start weight 0.5 rad
         b: position(object) weight 20 cm, line(object, object) throughout
-        b: distance(object, 50 cm .. 2 m), synchronisation(opponent, a | b, 3 frames) at end
+        b: distance(object, 50 cm .. 2 m), synchronisation(opponent, a | b, 3 frames)
         S: position(object) at end
         weight position 2 m
         weight collision 0.5
@@ -214,7 +214,7 @@ def test_rules_may_hold_below_a_nonterminal_only() -> None:
         ),
         ("S -> a\na: direction(1e20 deg)", "6:14: expected a heading from -360 to 360 deg, found"),
         (
-            "S -> a\na: synchronisation(opponent, b, 1000000 s) at start",
+            "S -> a\na: synchronisation(opponent, b, 1000000 s)",
             "6:33: expected a time from -60 to 60 s, found '1000000'.",
         ),
         (
@@ -240,8 +240,8 @@ def test_rules_may_hold_below_a_nonterminal_only() -> None:
         ),
         ("S -> a\ngrammar x\ngrammar y", "7:1: expected 'grammar' once, found 'grammar'. Line 6"),
         (
-            "S -> a\na: synchronisation(opponent, b, 0 s)",
-            "6:1: expected an action with an instant to",
+            "S -> a\na: synchronisation(opponent, b, 0 s) at start",
+            "expected a synchronisation at the events of both, found 'a'. Leave 'at start' out.",
         ),
     ],
 )

@@ -45,6 +45,7 @@ def test_between_two_meetings_the_paces_share_what_is_missing() -> None:
 def test_no_clip_is_shown_faster_or_slower_than_allowed(
     a: float, b: float, c: float, lag: float
 ) -> None:
+    a, b, c = (round(frame, 3) for frame in (a, b, c))
     knots = [np.array([0.0, 20.0, 60.0]), np.array([0.0, 30.0, 60.0])]
     maps = edit_times(knots, [0, 7], [Meeting(0, a, 1, b, lag), Meeting(1, c, 0, 57.0, 3.0)])
     for one in maps:

@@ -308,8 +308,41 @@ def test_what_is_kept_up_is_measured_between_its_steps_in_the_written_frames() -
     assert (moving.start, moving.end) == (0, 70)  # until the last act ends
     assert moving.after == pytest.approx(50 / 30, abs=0.3)  # stands from frame 20 on
     assert not moving.kept
-    seen = {(one.kind, one.players[0]) for one in seen_faults(table, [joints] * 2, [], None)}
+    seen = {
+        (one.kind, one.players[0]) for one in seen_faults(table, timeline, [joints] * 2, [], None)
+    }
     assert seen == {("held pose", "A1"), ("held pose", "D1")}
+
+
+def test_a_step_after_a_later_one_and_a_way_through_a_table_are_seen() -> None:
+    grammar = read_motion_grammar(
+        "grammar g\nstart S\nplace table at 0 2 height 75 cm size 1 m\nplace ring at 0 4 height 3 m"
+        ' size 1 m\nS -> walk\nwalk := "walk"\n',
+        "g.grammar",
+    )
+    text = "player A at 0 0\nplayer B at 5 0\n1 walk A\n2 walk B"
+    diagram = read_diagram(text, "g", grammar.activity)
+    table = bind(diagram, grammar, [parse(grammar.started(), ["walk"])] * 2)
+    stands = np.zeros((60, 21, 3))
+    stands[..., 1] = 0.95
+    for joint, height in (("neck", 1.5), ("l_knee", 0.5), ("r_knee", 0.5)):
+        stands[:, body.INDEX[joint], 1] = height
+    walks, other = stands.copy(), stands.copy()
+    walks[..., 2] = np.linspace(0.0, 6.0, 60)[:, None]
+    other[..., 0] = 5.0 + np.linspace(0.0, 6.0, 60)[:, None]
+    for begins, found in ((0, {"place"}), (50, {"place", "order"})):
+        timeline = Timeline(
+            np.zeros((2, 60, 3)),
+            (np.array([begins]), np.array([0])),
+            (np.array([55]), np.array([20])),
+            (np.array([60]), np.array([40])),
+        )
+        seen = list(seen_faults(table, timeline, [walks, other], [], None))
+        assert {one.kind for one in seen} == found
+        (place,) = (one for one in seen if one.kind == "place")
+        assert place.players == ("A", "table")
+        middle = walks[place.start : place.end, 0, 2]
+        np.testing.assert_allclose([middle.min(), middle.max()], [1.55, 2.45], atol=0.11)
 
 
 def test_what_misses_its_target_or_goes_through_somebody_is_seen() -> None:
@@ -328,6 +361,9 @@ def test_what_misses_its_target_or_goes_through_somebody_is_seen() -> None:
     way[:, 2] = np.linspace(0.0, 8.0, 60)  # ends a metre before the goal
     sent = (Sent(0, 5, "goal", (0.0, 1.0, 9.0), 1.0),)
     ball = Ball(way, np.full(60, -1), np.full(60, np.nan), 0.4, sent)
-    found = {one.kind: one for one in seen_faults(table, list(joints), [], ball)}
+    still = Timeline(
+        np.zeros((2, 60, 3)), (np.zeros(1),) * 2, (np.zeros(1),) * 2, (np.full(1, 60),) * 2
+    )
+    found = {one.kind: one for one in seen_faults(table, still, list(joints), [], ball)}
     assert found["misses"].value == pytest.approx(1.0, abs=0.05)
     assert found["object"].players == ("B",)
