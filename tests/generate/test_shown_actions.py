@@ -101,7 +101,7 @@ def test_a_measured_action_is_never_denied_for_its_looks(db: motiondb.MotionDB) 
 
 
 def test_frames_that_a_seam_bends_do_not_take_back_what_was_done(db: motiondb.MotionDB) -> None:
-    """Who sat down and is lifted in the half second of the seam has sat down."""
+    """Who went down and is lifted in the half second of the seam has gone down."""
     motion = db.motion("ana/sit_down_1")
     lifted = motion.root_positions.copy()
     lifted[-15:, 1] = motion.root_positions[0, 1]
@@ -110,12 +110,23 @@ def test_frames_that_a_seam_bends_do_not_take_back_what_was_done(db: motiondb.Mo
         local_rotations=np.concatenate([motion.local_rotations] * 2),
         root_positions=np.concatenate([lifted, lifted]),
     )
-    asked = _asked(motion, "sit down", "down")
+    asked = _asked(motion, "go down", "down")
     bent = np.zeros(after.n_frames, dtype=bool)
     denied = judge_motion(db.learned, after, [asked], [])[0]
     assert (denied.shown, denied.reason) == (False, "it does not go down")
     bent[motion.n_frames - 15 : motion.n_frames + 15] = True
     assert judge_motion(db.learned, after, [asked], [], bent)[0].shown is not False
+
+
+def test_who_sits_down_on_a_high_stool_sits_down(db: motiondb.MotionDB) -> None:
+    """Hardly lower than before; thighs that become level tell it."""
+    motion = db.motion("ana/sit_down_1")
+    high = motion.root_positions.copy()
+    high[:, 1] = high[0, 1]
+    lifted = replace(motion, root_positions=high)
+    sat, gone = (_asked(motion, words, "down") for words in ("sit down", "go down"))
+    assert judge_motion(db.learned, lifted, [sat], [])[0].shown is not False
+    assert judge_motion(db.learned, lifted, [gone], [])[0].shown is False
 
 
 def test_a_measured_turn_needs_no_looks(db: motiondb.MotionDB) -> None:
