@@ -321,11 +321,10 @@ def find_takings(
     if learned.fitted_word_map is None:
         _ = learned.word_map  # raises NotLearnedError if no words were learned
     known = sentence.known.union(added)
-    searched = known.union(*sentence.seen)
     return {
         word: take_word(form, known, table)
         for word, form in sentence.forms.items()
-        if word not in searched and word not in learned.word_numbers
+        if word not in known and word not in learned.word_numbers
     }
 
 
@@ -342,12 +341,14 @@ def unknown_words(
     words of similar spelling are suggested for those that are not English. `by_meaning`: Whether
     words that are not replaced are heard by their meaning.
     """
-    takings = find_takings(sentence, table, added)
+    seen = set[str]().union(*sentence.seen)
+    found = find_takings(sentence, table, added)
+    takings = {word: taking for word, taking in found.items() if word not in seen}
     if not is_replaced:
         takings = {word: replace(taking, words=()) for word, taking in takings.items()}
     if by_meaning:
         takings = hear_by_meaning(sentence.learned, takings, table)
-    is_known = not sentence.known.union(added, *sentence.seen).isdisjoint(sentence.forms)
+    is_known = not sentence.known.union(added, seen).isdisjoint(sentence.forms)
     if takings and not is_known and not any(taking.heard for taking in takings.values()):
         raise UnknownWordsError(nothing_known(sentence.text, hints_of(takings)))
     return takings
