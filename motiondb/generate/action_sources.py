@@ -33,7 +33,7 @@ it: where they say "stand up", "stand" goes up.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, islice, pairwise
 
@@ -438,6 +438,12 @@ def all_sources(learned: Learned, of: ActionSources) -> ActionSources:
     return replace(of, sources=tuple(sources))
 
 
+def looked_at(learned: Learned) -> Iterator[int]:
+    """The recorded captures in which a posture is looked for."""
+    recorded = (c for c in learned.rows if learned.captures[c].kind == "captured")
+    return islice(recorded, MOST_SEEN)
+
+
 def seen_sources(
     learned: Learned, of: ActionSources, held: Callable[[int, str], Sequence[tuple[int, int]]]
 ) -> ActionSources:
@@ -446,8 +452,7 @@ def seen_sources(
     `held`: The first frames and last frames + 1 of the times for which a capture holds a posture.
     """
     sources, posture = [], posture_of(of.action.words)
-    recorded = (c for c in learned.rows if learned.captures[c].kind == "captured")
-    for capture in islice(recorded, MOST_SEEN):
+    for capture in looked_at(learned):
         times, rows = held(capture, posture), learned.rows[capture]
         starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
         shares = np.zeros(len(starts))

@@ -9,16 +9,24 @@ import numpy as np
 from motiondb.body.contacts import MAX_HEIGHT
 from motiondb.generate.excerpt_motion import ShownExcerpt
 from motiondb.generate.excerpts import counted_word
-from motiondb.generate.sentence_plan import PlannedAction, is_within, say_times
+from motiondb.generate.sentence_plan import Amount, PlannedAction, is_within, say_times
 from motiondb.language.question.amounts import adverb_of
 from motiondb.language.question.readings import say_duration
 from motiondb.language.question.tree import NotUsed
 from motiondb.learn.learned import Learned
 from motiondb.meaning.direction import FULLY, gone, say_measured
-from motiondb.meaning.occurrences import FLIGHTS, KICKED, find_occurrences
+from motiondb.meaning.occurrences import (
+    FLIGHTS,
+    KICKED,
+    find_occurrences,
+    is_posture_alone,
+    posture_of,
+)
 from motiondb.meaning.place_certainty import count_performers, cues_of
 from motiondb.meaning.regression import probability
 from motiondb.records import MOTION_FPS, FloatArray
+
+SEAM = 0.6  # Seconds that a seam, which bends half a second, may take from a posture
 
 
 def say_amounts(action: PlannedAction) -> list[str]:
@@ -67,11 +75,32 @@ def report_excerpt(
         text = say_duration(action.seconds.least, action.seconds.most)
         why = "whole repetitions" if action.times is not None else "whole performances"
         left.append(NotUsed(text, f"{why} last {seconds:.1f} s"))
+    left += held_otherwise(action, track)
     if action.speed:
         said, not_said = _report_speed(shown)
         done += said
         left += not_said
     return (*done, *_say_places(shown)), tuple(left)
+
+
+def held_otherwise(action: PlannedAction, track: FloatArray) -> list[NotUsed]:
+    """The count and the duration of a posture that are measured to be others."""
+    posture = posture_of(action.words) if all(map(is_posture_alone, action.groups)) else ""
+    if not posture:
+        return []
+    left, held = [], find_occurrences(track, posture)
+    longest = max((end - start for start, end in held), default=0) / MOTION_FPS
+    times, seconds = action.times, action.seconds
+    if times is not None and not _is_within_count(len(held), times):
+        left.append(NotUsed(say_times(times), f"{len(held)} measured in the motion"))
+    if seconds is not None and longest < seconds.least - min(SEAM, seconds.least / 3.0) - 1e-6:
+        text = say_duration(seconds.least, seconds.most)
+        left.append(NotUsed(text, f"the posture is held for {longest:.1f} s"))
+    return left
+
+
+def _is_within_count(count: float, times: Amount) -> bool:
+    return times.least <= count <= (np.inf if times.most is None else times.most)
 
 
 def _cut_off(directions: Sequence[str], track: FloatArray) -> list[NotUsed]:
@@ -98,8 +127,7 @@ def miscounted(shown: ShownExcerpt, track: FloatArray) -> tuple[NotUsed, ...]:
     if times is None or word is None:
         return ()
     count = len(find_occurrences(track, word)) / shown.layout.each
-    most = np.inf if times.most is None else times.most
-    if times.least <= count <= most:
+    if _is_within_count(count, times):
         return ()
     return (NotUsed(say_times(times), f"{count:g} measured in the motion"),)
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from motiondb.generate.action_sources import (
     ActionSources,
     all_sources,
     find_sources,
+    looked_at,
     picked_source,
     seen_sources,
 )
@@ -54,11 +56,11 @@ from motiondb.language.question.tree import (
     parts_of,
 )
 from motiondb.language.translation import decoding
-from motiondb.language.vocabulary import MODIFIERS, nearest_words
+from motiondb.language.vocabulary import MODIFIERS, as_said, nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.meaning.direction import directions_of, is_as_in_search, words_of_measured
-from motiondb.meaning.occurrences import EVERY_POSTURE, is_posture_alone, measured_track
+from motiondb.meaning.occurrences import EVERY_POSTURE, is_posture_alone, measured_track, posture_of
 from motiondb.records import IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -132,7 +134,8 @@ def make_motion(
     """
     if method not in METHODS:
         raise QueryError(f"method: expected one of {', '.join(METHODS)}, found {method!r}.")
-    wanted = _understand(learned, text, rng, anyway, instead or {}, choice.wishes)
+    held = partial(_is_held, learned, takes) if method == "stitched" else lambda _: False
+    wanted = _understand(learned, text, rng, anyway, instead or {}, choice.wishes, held)
     if choice.wishes and (method != "stitched" or len(choice.wishes) != len(wanted.actions)):
         said = ", ".join(" ".join(action.words) for action in wanted.actions)
         raise QueryError(
@@ -155,9 +158,10 @@ def _understand(
     anyway: bool,
     instead: Mapping[str, str],
     wishes: Sequence[PlaceWish],
+    held: Callable[[str], bool],
 ) -> _Wanted:
     """Read a sentence; words of speed, of what is measured and of picked excerpts are known."""
-    read = read_sentence(learned, text, lambda tree: _picked_words(tree, rng, wishes))
+    read = read_sentence(learned, text, lambda tree: _picked_words(tree, rng, wishes), held)
     question, missing = read.question, read.missing
     actions, decided, left = plan_sentence(question.tree, rng)
     if not actions:
@@ -192,15 +196,21 @@ class ReadSentence:
 
 
 def read_sentence(
-    learned: Learned, text: str, also_known: Callable[[Node], set[str]] = lambda _tree: set()
+    learned: Learned,
+    text: str,
+    also_known: Callable[[Node], set[str]] = lambda _tree: set(),
+    held: Callable[[str], bool] = lambda _posture: True,
 ) -> ReadSentence:
-    """Read a sentence; words of speed, of what is measured and of ``also_known`` are known."""
+    """Read a sentence; words of speed, of what is measured and of ``also_known`` are known.
+
+    `held`: Whether a posture can be shown whatever captions say.
+    """
     counts = dict.fromkeys(SPEED_NAMES, 1)
     for word, count in zip(learned.association.words, learned.association.counts):
         if count > 0:
             counts[word] = int(count)
     read = parse(text, learned.synonyms, learned.lemmas)
-    for word in (*also_known(read.tree), *_measured_words(read.tree, counts)):
+    for word in (*also_known(read.tree), *_measured_words(read.tree, counts, held)):
         counts.setdefault(word, 1)
     question = _each_word_once(hold_to_known(read, counts))
     missing = tuple(_missing(read, counts))
@@ -233,11 +243,11 @@ def _is_asked(measured: str) -> bool:
     return is_as_in_search(measured) or measured in EVERY_POSTURE
 
 
-def _measured_words(tree: Node, counts: Mapping[str, int]) -> set[str]:
+def _measured_words(tree: Node, counts: Mapping[str, int], held: Callable[[str], bool]) -> set[str]:
     """Words of the actions that no caption says and that are measured beside known words."""
     measured = set[str]()
     for action in actions_of(tree):
-        if is_posture_alone(action.words):
+        if is_posture_alone(action.words) and held(posture_of(action.words)):
             measured.update(action.words)
             continue
         words = words_of_measured(_as_in_search([action.words])) & MODIFIERS
@@ -300,9 +310,10 @@ def _sources(
         known = any(word in learned.word_numbers for word in action.words)
         of = ActionSources(action, ())
         if all(map(is_posture_alone, action.groups)):
-            found[action] = seen_sources(learned, of, takes.held)
-        else:
-            found[action] = find_sources(learned, action, wanted.verbs) if known else of
+            of = seen_sources(learned, of, takes.held)
+        if not of.sources and known:
+            of = find_sources(learned, action, wanted.verbs)
+        found[action] = of
     chosen = []
     for action, wish in zip(wanted.actions, wishes or [PlaceWish()] * len(wanted.actions)):
         of = found[action]
@@ -316,6 +327,11 @@ def _sources(
     return chosen
 
 
+def _is_held(learned: Learned, takes: Takes, posture: str) -> bool:
+    """Whether a recorded capture holds a posture."""
+    return any(takes.held(capture, posture) for capture in looked_at(learned))
+
+
 def _is_from_start(learned: Learned, action: PlannedAction) -> bool:
     """Whether an action is known from a start alone, so that no own caption can hold it."""
     words = {word for group in action.groups for word in group}
@@ -325,7 +341,7 @@ def _is_from_start(learned: Learned, action: PlannedAction) -> bool:
 
 
 def _no_source(action: PlannedAction) -> str:
-    said = " while ".join(" ".join(group) for group in action.groups)
+    said = " while ".join(" ".join(map(as_said, group)) for group in action.groups)
     without = "".join(f", not {' '.join(words)}" for words in action.excluded)
     parts = [*map(" ".join, action.groups)] if len(action.groups) > 1 else []
     near = f"Each by itself is known: {', '.join(parts)}. " if parts else ""

@@ -28,7 +28,7 @@ from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.body.retarget import motion_positions
 from motiondb.errors import QueryError
 from motiondb.generate.excerpt_motion import joint_speeds
-from motiondb.generate.excerpt_report import compare_speed
+from motiondb.generate.excerpt_report import compare_speed, held_otherwise
 from motiondb.generate.excerpts import counted_word, occurrences_each
 from motiondb.generate.material import Takes
 from motiondb.generate.motion_making import read_sentence
@@ -65,7 +65,12 @@ from motiondb.meaning.direction import (
 )
 from motiondb.meaning.edge_map import averaged, frame_cues, lay_in_order, refine_interval
 from motiondb.meaning.motion_judge import WINDOW
-from motiondb.meaning.occurrences import COUNTED, find_occurrences, measured_track
+from motiondb.meaning.occurrences import (
+    COUNTED,
+    find_occurrences,
+    is_posture_alone,
+    measured_track,
+)
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.search.placing import NARROW
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -305,8 +310,9 @@ def _asked(
 ) -> Asked:
     """A part of the motion with what is counted and measured; `counted`: another track to count."""
     part = seen.track[slice(*span)]
-    done, left = list[str](), list[NotUsed]()
-    if action.times is not None:
+    done, left = list[str](), held_otherwise(action, part)
+    is_posture = all(map(is_posture_alone, action.groups))
+    if action.times is not None and not is_posture:
         word, text = counted_word(action), say_times(action.times)
         found = find_occurrences(part if counted is None else counted, word) if word else []
         poses = seen.poses[slice(*span)] if counted is None else seen.poses
@@ -318,7 +324,7 @@ def _asked(
             done.append(f"{text}: {count:g} measured in the motion")
         else:
             left.append(NotUsed(text, f"{count:g} measured in the motion"))
-    if action.seconds is not None:
+    if action.seconds is not None and not is_posture:
         text, seconds = (
             say_duration(action.seconds.least, action.seconds.most),
             len(part) / MOTION_FPS,

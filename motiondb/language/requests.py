@@ -68,9 +68,19 @@ _MANNERS = (
     (rf"at\s+a\s+(?:fast|quick|high)\s+{_SPEED}", "fast"),
     (rf"in\s+slow\s+motion|at\s+(?:a\s+)?(?:slow|low)\s+{_SPEED}", "slowly"),
     (r"at\s+all", ""),
+    (
+        r"(?:starts?|begins?|opens?|starting|beginning|opening|started|began)\s+(?:off\s+|out\s+)?"
+        r"(?:with|by)",
+        "",
+    ),
+    (
+        r"(?:(?:that|which|and)\s+)?(?:ends?|ending|ended|finish(?:es|ing|ed)?|conclud(?:es?|ing|ed))\s+"
+        r"(?:(?:up\s+|off\s+)?(?:with|in(?!\s+the\s)|by)|up(?=\s+\w+ing\b))",
+        ", then",
+    ),
     (rf"(?:mov(?:es?|ing|ed)\s+)?({_HANDS})\s+up\s+and\s+down", r"raising \1"),
     (
-        r"(?:imitat|mimick?)(?:es?|s|ing|ed)?|pretend(?:s|ing|ed)?\s+to\s+be|act(?:s|ing|ed)?\s+(?:like|as)"
+        r"(?:imitat|mimick?)(?:es?|s|ing|ed)?|pretend(?:s|ing|ed)?\s+to\s+be|act(?:s|ing|ed)?\s+(?:like|as)(?!\s+if\b)"
         r"|(?:mov(?:es?|ing|ed)|behav(?:es?|ing|ed)|goes|going)\s+like"
         r"|impersonat(?:es?|ing|ed)",
         "",
@@ -81,7 +91,7 @@ _MANNERS = (
     ),
     (
         rf"with\s+({_HANDS})\s+"
-        rf"(?:(?:held|kept|stretched)\s+)?(?:(?:up|raised|lifted|high)(?!\s+(?:to|on|the)\b)"
+        rf"(?:(?:held|kept|stretched)\s+)?(?:(?:up\s+high|up|raised|lifted|high)(?!\s+(?:to|on|the)\b)"
         rf"(?:\s+({_OVERHEAD}))?|({_OVERHEAD}))",
         r"while raising \1 \2\3",
     ),
@@ -186,7 +196,8 @@ def without_request(text: str) -> str:
     for phrase, word in ((r"in\s+reverse", "backward"), *_MANNERS):
         text = re.sub(rf"\b(?:{phrase})\b", word, text, flags=re.IGNORECASE)
     text = _SEAT.sub("sit down", _ABOUT_TO.sub("", text))
-    return _LIGHT.sub(lambda found: "" if _names_motion(found[1]) else found[0], text).lstrip()
+    text = _LIGHT.sub(lambda found: "" if _names_motion(found[1]) else found[0], text)
+    return re.sub(r"^\s*,\s*then\b", "", text).lstrip()
 
 
 _OBJECTS = frozenset(

@@ -16,7 +16,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from unicodedata import combining, normalize
 
@@ -162,8 +162,9 @@ SAME = (
     ("forward roll", "somersault"),
     ("stand still", "idle"),
     ("martial art", "karate"),
-    ("pushup", "pressup"),
-    ("pullup", "chinup"),
+    ("push up", "pushup", "pressup", "press up"),
+    ("sit up", "situp"),
+    ("pull up", "pullup", "chinup", "chin up"),
     ("jumping jack", "star jump"),
 )
 """Phrases that name the same motion: one of which a database knows stands for the others."""
@@ -278,12 +279,13 @@ def written_otherwise(
     known: Collection[str],
     synonyms: Mapping[str, str] | None = None,
     lemmas: Mapping[str, str] | None = None,
+    together: Callable[[Sequence[str | None]], bool] = lambda _: True,
 ) -> tuple[str, dict[str, str]]:
     """A text in which words that are not known are written as known ones; old to new spelling.
 
     Tried in this order: another phrase for the same motion (``SAME``), the word without its
     accents, a compound written apart ("handstand"), and a compound written as one ("side step").
-    Words that are known stay.
+    Words that are known stay. `together`: Whether captions say some known words of one action.
 
     >>> written_otherwise("idle, then a handstand", {"stand", "still", "hand"})
     ('stand still, then a hand stand', {'idle': 'stand still', 'handstand': 'hand stand'})
@@ -296,7 +298,7 @@ def written_otherwise(
     changed: dict[str, str] = {}
     pieces, at, k = [], 0, 0
     while k < len(tokens):
-        number, phrase = _known_phrase(text, tokens[k:], words[k:], known)
+        number, phrase = _known_phrase(text, tokens[k:], words[k:], known, together)
         if phrase:
             start, end = tokens[k].start(), tokens[k + number - 1].end()
             changed[text[start:end]] = phrase
@@ -311,12 +313,13 @@ def _known_phrase(
     tokens: Sequence[re.Match[str]],
     words: Sequence[str | None],
     known: Collection[str],
+    together: Callable[[Sequence[str | None]], bool],
 ) -> tuple[int, str]:
     """Number of the first words that another phrase of known words replaces, and the phrase."""
     for group in SAME:
         forms = {phrase: [motion_word(one, {}) for one in phrase.split()] for phrase in group}
         asked = [phrase for phrase in group if list(words[: len(forms[phrase])]) == forms[phrase]]
-        stands = [phrase for phrase in group if known_all(forms[phrase], known)]
+        stands = [p for p in group if known_all(forms[p], known) and together(forms[p])]
         if asked and stands and asked[0] not in stands:
             return len(forms[asked[0]]), stands[0]
     first = words[0]

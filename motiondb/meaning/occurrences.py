@@ -58,8 +58,9 @@ from motiondb.body import body, retarget, rotation
 from motiondb.body.contacts import FEET, MAX_HEIGHT, foot_heights
 from motiondb.body.features import headings, runs, velocity
 from motiondb.body.pose_vectors import path_of
-from motiondb.language.vocabulary import MODIFIERS, as_said
-from motiondb.meaning.limb_sides import PLAIN, arm_raised, limb_held, outward_speeds
+from motiondb.language.question.tree import LIMBS, SIDES
+from motiondb.language.vocabulary import SINGLE, as_said
+from motiondb.meaning.limb_sides import LEGS, PLAIN, arm_raised, limb_held, outward_speeds
 from motiondb.meaning.score_vectors import averaged_rows
 from motiondb.meaning.travelled import SPINS, SPUN, TURNS
 from motiondb.records import MOTION_FPS, FloatArray, Motion
@@ -122,7 +123,15 @@ SHORTEST_KNEELING = 15  # Frames (0.5 s), also of standing still
 _RISES = frozenset(("stand", "get", "rise"))
 OF_POSTURES = frozenset(("raise", "lift", "lie", "kneel", "stand", "balance", "still"))
 """Words of postures that captions say."""
-_WITH_POSTURES = frozenset((*OF_POSTURES, *MODIFIERS, *PLAIN, "floor", "ground"))
+_WITH_HANDS = frozenset(("raise", "lift", "up", "overhead", "high", *SIDES, *LIMBS, *PLAIN))
+_WITH_LEGS = frozenset(("stand", "balance", SINGLE, *SIDES, *LEGS))
+_WITH_POSTURE = {
+    **dict.fromkeys(("raise", "overhead"), _WITH_HANDS),
+    "on": _WITH_LEGS,
+    "still": frozenset(("stand", "still")),
+    "kneel": frozenset(("kneel", "down", "knee", "floor", "ground", SINGLE)),
+    "lie": frozenset(("lie", "down", "still", "floor", "ground")),
+}
 """Words beside which a posture is asked for, and nothing else."""
 STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT  # Height of the pelvis in standing, m
 PAUSE = 3  # Frames (0.1 s) up to which a break does not end an occurrence
@@ -259,10 +268,11 @@ def posture_of(action: Sequence[str]) -> str:
 def is_posture_alone(action: Sequence[str]) -> bool:
     """Whether an action takes a posture of ``POSED``, and says no more than that.
 
-    >>> is_posture_alone(("kneel", "floor")), is_posture_alone(("lie", "bed"))
+    >>> is_posture_alone(("kneel", "floor")), is_posture_alone(("kneel", "backward"))
     (True, False)
     """
-    return bool(posture_of(action)) and _WITH_POSTURES.issuperset(action)
+    posture = posture_of(action)
+    return bool(posture) and _WITH_POSTURE[posture.split()[0]].issuperset(action)
 
 
 def _speeds(places: FloatArray) -> FloatArray:

@@ -123,6 +123,13 @@ class AskedQuestion:
         return self.is_seen_alone or not self.asked.are_checked(self.readings)
 
     @property
+    def is_wordless(self) -> bool:
+        """Whether no word ranks the captures, so that all of them are looked at."""
+        return self.is_seen_alone or not any(
+            part.actions for reading in self.readings for part in reading.parts
+        )
+
+    @property
     def by_length(self) -> bool:
         """Whether answers are ordered by how long a posture is held, since no word tells more."""
         return self.is_seen_alone and self.readings[0].parts[0].is_seen
@@ -171,7 +178,7 @@ def ask(
 def plain_order(sentence: Sentence, takings: Mapping[str, Taking]) -> AskedQuestion:
     """Understand a question as an order of actions, for a search by symbols."""
     hints = hints_of(takings)
-    known = with_hints(sentence.in_known_words({}), hints)
+    known = with_hints(sentence.in_known_words({}, is_seen=False), hints)
     actions, not_decoded = plain_actions(known.tree)
     unused = hinted((*known.not_used, *not_decoded), hints)
     asked = learned_words(sentence.learned)
@@ -212,7 +219,9 @@ def understand(
         not_searched = tuple(n for n in not_searched if n.text not in limits)
     is_alone = is_single and is_posture_alone(only)
     searched_words = {w for action in read[0].parts[0].actions for w in action}
+    part = read[0].parts[0]
     is_said = is_alone and searched_words == {*only} and not takings
+    is_said = is_said and not (part.seconds or part.longest or is_repeated(part))
     is_seen_alone = is_alone and not (is_said and OF_POSTURES.intersection(only))
     seen = (only,) if is_seen_alone else sentence.seen if is_single else ()
     return AskedQuestion(
@@ -287,12 +296,10 @@ def without_degree(question: KnownQuestion, degree: Degree) -> KnownQuestion:
 
 def is_counted(part: Part) -> bool:
     """Whether the repeats of a part are counted in the motion."""
-    actions = part.said if part.is_seen else part.actions
-    if len(actions) != 1:
-        return False
-    return bool(posture_of(actions[0])) or (
-        not part.is_seen and event_of(actions[0]) in COUNTED_EVENTS
-    )
+    said = part.said or part.actions
+    if len(said) == 1 and posture_of(said[0]):
+        return True
+    return len(part.actions) == 1 and event_of(part.actions[0]) in COUNTED_EVENTS
 
 
 def _measured_limits(part: Part) -> set[str]:

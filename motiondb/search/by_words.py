@@ -248,7 +248,7 @@ def search_words(
     n_judged = (
         MEASURED if question.is_measured else ORDERS_LOOKED_AT if question.is_order else LOOKED_AT
     )
-    n_judged = SEEN_ALONE if question.is_seen_alone else n_judged
+    n_judged = SEEN_ALONE if question.is_wordless else n_judged
     is_told = not question.is_silent
     certain = partial(chances, asked, read, is_told)
     best = _find(question, allowed, max(limit, n_judged), read)

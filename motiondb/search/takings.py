@@ -22,7 +22,7 @@ answers are for the rest alone, and carry no probabilities.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -289,20 +289,25 @@ class Sentence:
         tree = self.parsed.tree
         if any(isinstance(node, (AnyOf, Both)) for node in walk(tree)):
             return frozenset()
-        actions = {action.words for action in actions_of(tree) if not action.manner}
+        actions = actions_of(tree)
         said = self.known & OF_POSTURES - {"still"}
         return frozenset(
-            words
-            for words in actions
-            if is_posture_alone(words) and (len(actions) > 1 or said.isdisjoint(words))
+            action.words
+            for action in actions
+            if is_posture_alone(action.words)
+            and not action.manner
+            and (len(actions) > 1 or said.isdisjoint(action.words))
         )
 
-    def in_known_words(self, added: Mapping[str, int]) -> KnownQuestion:
-        """The question in the words that the database knows; `added`: further ones -> counts."""
+    def in_known_words(self, added: Mapping[str, int], is_seen: bool = True) -> KnownQuestion:
+        """The question in the words that the database knows.
+
+        `added`: Further ones -> counts. `is_seen`: Whether postures are measured.
+        """
         association = self.learned.association
         counted = zip(association.words, association.counts)
         counts = {word: int(count) for word, count in counted if count > 0} | dict(added)
-        return hold_to_known(self.parsed, counts, self.seen)
+        return hold_to_known(self.parsed, counts, self.seen if is_seen else ())
 
 
 def sentence_of(learned: Learned, text: str) -> Sentence:
@@ -407,12 +412,20 @@ def write_otherwise(
     if sentence.known.issuperset(sentence.forms):
         return _joined(sentence)
     learned, known = sentence.learned, sentence.known.union(find())
-    changed, phrases = written_otherwise(sentence.text, known, learned.synonyms, learned.lemmas)
+    listed = {action for actions in learned.listed_actions.values() for action in actions}
+
+    def together(words: Sequence[str | None]) -> bool:
+        numbers = {learned.word_numbers.get(word or "", -1) for word in words}
+        return not listed or -1 in numbers or any(numbers <= action for action in listed)
+
+    changed, phrases = written_otherwise(
+        sentence.text, known, learned.synonyms, learned.lemmas, together
+    )
     if not phrases:
         return sentence, {}
     same = {word: Taking(word, ((phrase, 1.0),), is_same=True) for word, phrase in phrases.items()}
-    together = [words_of(phrase, learned.synonyms, learned.lemmas) for phrase in phrases.values()]
-    return Sentence(learned, changed, tuple(map(tuple, together))), same
+    lemmas = [words_of(phrase, learned.synonyms, learned.lemmas) for phrase in phrases.values()]
+    return Sentence(learned, changed, tuple(map(tuple, lemmas))), same
 
 
 def _joined(sentence: Sentence) -> tuple[Sentence, dict[str, Taking]]:

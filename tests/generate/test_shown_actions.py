@@ -170,9 +170,25 @@ def test_postures_are_made_from_where_they_are_seen(
     assert sum(max(min(b, part.end) - max(a, part.start), 0) for a, b in held) >= 15
 
 
+def test_a_posture_is_counted_and_timed_in_the_made_motion(db: motiondb.MotionDB) -> None:
+    made = db.generate("stand still for 9 seconds", seed=0)
+    held = find_occurrences(measured_track(made.motion), "still")
+    longest = max((end - start) / 30 for start, end in held)
+    is_met = longest >= 9.0 - 0.6  # which a seam may bend
+    assert (made.shown[0].shown is True) == is_met
+    twice = db.generate("raise both hands three times", seed=0)
+    n = len(find_occurrences(measured_track(twice.motion), "raise both"))
+    assert (twice.shown[0].shown is True) == (n == 3)
+
+
 def test_a_posture_that_nobody_takes_is_not_made(db: motiondb.MotionDB) -> None:
-    with pytest.raises(motiondb.QueryError, match="no capture is seen to do it"):
+    with pytest.raises(motiondb.UnknownWordsError, match="kneel"):
         db.generate("kneel")
+    rest = db.generate("kneel, then walk", anyway=True, seed=0)
+    assert [(one.words, one.shown) for one in rest.shown] == [
+        (("walk",), True),
+        (("kneel",), False),
+    ]
     walk = db.generate("walk with both arms up", seed=0)
     assert walk.shown[0].shown is False
     assert walk.shown[0].reason == "it does not raise both hands"

@@ -144,6 +144,24 @@ def test_a_posture_that_no_caption_says_is_measured_alone(db: motiondb.MotionDB)
         assert all(posture in match.contradicted[0] for match in answer.matches)
 
 
+def test_postures_alone_are_looked_for_in_every_capture(db: motiondb.MotionDB) -> None:
+    """Also where no word ranks the captures: the later numbers are looked at, too."""
+    answer = db.search("raise the right hand, then stand still", limit=200)
+    free = {match.capture for match in answer.matches if not match.contradicted}
+    for name in [info.name for info in db.captures()]:
+        track = track_of(db, name)
+        raised, still = (find_occurrences(track, word) for word in ("raise right", "still"))
+        # so that the second part begins behind the first, wherever that is
+        if raised and still and still[-1][1] - max(max(raised)[1], still[-1][0]) >= 30:
+            assert name in free
+
+
+def test_a_posture_in_unknown_words_is_nothing_for_symbols(db: motiondb.MotionDB) -> None:
+    with pytest.raises(motiondb.UnknownWordsError, match="kneel"):
+        db.search("kneel", by_symbols=True)
+    assert db.search("walk, then kneel", by_symbols=True).understood == "walk"
+
+
 def test_parts_that_different_captures_show_are_not_called_absent(db: motiondb.MotionDB) -> None:
     for asked in ("wave while dribbling", "dribble, then clap"):
         answer = db.search(asked, limit=3)

@@ -52,6 +52,12 @@ def test_a_word_without_end_is_not_cut_at_every_letter() -> None:
     assert known.asked < 100
 
 
+def test_a_compound_is_written_apart_only_where_captions_say_it_of_one_action() -> None:
+    known = {"push", "up", "jump"}
+    assert written_otherwise("push-ups", known)[0] == "push up"
+    assert written_otherwise("push-ups", known, together=lambda words: False)[0] == "pushup"
+
+
 def test_the_rest_of_a_question_carries_no_probability(db: motiondb.MotionDB) -> None:
     answer = db.search("crawling on hands", limit=3)
     assert answer.missing == ("crawling",)

@@ -154,7 +154,7 @@ def together(left: Node, right: Node) -> Node:
 _ENDS = {
     "up": ("stand", "get", "rise"),
     "down": ("sit", "get"),
-    "": ("stop", "fall", "lie", "kneel"),
+    "": ("stop", "fall"),
 }
 """Verbs that, with the way beside them, end one posture and begin another."""
 

@@ -56,9 +56,7 @@ _WORDS = (
     ),
     (
         "skip",
-        r"not\s+(?:only|just|merely|simply)(?=\W.*\bbut\b)"
-        r"|(?:starts?|begins?|opens?|starting|beginning|opening|started|began)\s+"
-        r"(?:off\s+|out\s+)?(?:with|by)",
+        r"not\s+(?:only|just|merely|simply)(?=\W.*\bbut\b)",
     ),
     (
         "vague",
@@ -70,9 +68,7 @@ _WORDS = (
     (
         "then",
         r"then|after\s+(?:that|this|which|a\s+while)|afterwards?|subsequently|thereafter"
-        r"|(?<!the\s)next(?!\s+to\b)|later(?:\s+on)?|finally|lastly|followed\s+by"
-        r"|(?:ends?|ending|ended|finish(?:es|ing|ed)?|conclud(?:es?|ing|ed))\s+"
-        r"(?:(?:up\s+|off\s+)?(?:with|in(?!\s+the\s)|by)|up(?=\s+\w+ing\b))",
+        r"|(?<!the\s)next(?!\s+to\b)|later(?:\s+on)?|finally|lastly|followed\s+by",
     ),
     (
         "while",
@@ -87,7 +83,8 @@ _WORDS = (
     ),
     (
         "not",
-        r"(?:anything|everything|something|all|any\s+(?:motion|movement|action))\s+"
+        r"not\s+(?:while|whilst|when|during)|(?:anything|everything|something|all"
+        r"|any\s+(?:motion|movement|action))\s+"
         r"(?:but|except(?:\s+for)?|other\s+than|apart\s+from)|with(?:out|\s+no|\s+neither)|w/o"
         r"|except(?:ing)?(?:\s+(?:for|that|when|where))?|exclud(?:es?|ing)|minus|not|never"
         r"|no\s+longer|no\s+one|neither|nobody|none|no|other\s+than|instead\s+of|rather\s+than"
