@@ -90,7 +90,7 @@ def started(
     running = [start((), "scheduler", "--host", host, "--port", "0")]
     running += [start(prefix, "worker", "--nthreads", "1", "--no-nanny") for prefix in prefixes]
     try:
-        while not place.exists():
+        while not (place.exists() and place.read_text().rstrip().endswith("}")):
             assert running[0].poll() is None
             time.sleep(0.1)
         yield Processes(json.loads(place.read_text())["address"], running[0], running[1:])
