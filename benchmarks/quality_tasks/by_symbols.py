@@ -47,8 +47,8 @@ def run(data: Path, seed: int) -> TaskReport:
     ranked: dict[tuple[str, str], _Ranked] = {(k, m): {} for k in KINDS for m in METHODS}
     sure: dict[tuple[str, str], list[tuple[float, bool]]] = {key: [] for key in ranked}
     for k in range(5):
-        gallery = [n for n in np.flatnonzero(number == k) if said[n]]
-        train = [n for n in np.flatnonzero(number != k) if said[n]]
+        gallery = [n for n in np.flatnonzero(number == k).tolist() if said[n]]
+        train = [n for n in np.flatnonzero(number != k).tolist() if said[n]]
         with tempfile.TemporaryDirectory() as folder, motiondb.open(f"{folder}/fold") as db:
             sheet = _without(data, {captures[n].performer for n in gallery}, Path(folder))
             db.add(data / "cmu", sheet, AddSettings(skip_bad_frames=True))

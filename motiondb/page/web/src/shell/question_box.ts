@@ -56,15 +56,16 @@ export function makeQuestionBox(context: Context): QuestionBox {
     ),
     h("button", { class: "button", type: "submit" }, "Search"),
   );
+  let known = "";
   element.addEventListener("submit", (event) => {
     event.preventDefault();
     const q = box.value.trim();
+    known = q; // the address of it may be gone again before it is shown: somebody goes back
     if (!q) return go(routeTo("catalogue"));
     const { view, parameters } = parseRoute(location.hash, "");
     const kept = view === "search" ? ["where", "limit", "exact", "symbols", "path"] : [];
     go(routeTo("search", { q, ...Object.fromEntries(kept.map((name) => [name, parameters.get(name)])) }));
   });
-  let known = "";
   return {
     element,
     show(question) {
