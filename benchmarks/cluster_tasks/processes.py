@@ -86,7 +86,7 @@ def started(n_workers: int, folder: Path) -> Iterator[Processes]:
     running = [start("scheduler", "--host", "127.0.0.1", "--port", "0")]
     running += [start("worker", "--nthreads", "1", "--no-nanny") for _ in range(n_workers)]
     try:
-        while not place.exists():
+        while not (place.exists() and place.read_text().rstrip().endswith("}")):
             time.sleep(0.1)
         with Client(json.loads(place.read_text())["address"], set_as_default=False) as client:
             client.wait_for_workers(n_workers, timeout=60)

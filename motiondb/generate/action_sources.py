@@ -59,6 +59,7 @@ from motiondb.meaning.direction import (
 from motiondb.meaning.limb_sides import limbs_to_measure
 from motiondb.meaning.occurrences import is_posture_alone, posture_of
 from motiondb.records import FloatArray, IntArray
+from motiondb.search.by_words import SEEN_ALONE
 from motiondb.search.said_together import STANDING
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -114,7 +115,6 @@ UNLIKE_WEIGHT = 0.4  # D
 RARE_WEIGHT = 0.12
 """A. Plain kicks and twists win with it against those of an acrobat; .08 to .16 make little
 difference to how many excerpts the judge finds right (.61 to .64 of 36 actions of CMU)."""
-MOST_SEEN = 1000  # Captures in which a posture is looked for, as in a search
 HELD_WEIGHT = 4.0
 """Value of a segment throughout which a posture is held, nats: one that holds it for less is grown
 into only where it holds it for three quarters (``excerpts.DROP``). By hand."""
@@ -155,7 +155,7 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
     """Find the captures that can show an action of a sentence with these verbs."""
     listed = learned.listed_actions
     groups, left_out, measured = [], [], set[str]()
-    searched = [group for group in action.groups if not _is_held(group)] or action.groups
+    searched = [group for group in action.groups if not _is_meanwhile(group)] or action.groups
     directions = tuple(
         d
         for group in action.groups
@@ -191,13 +191,13 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
     return ActionSources(action, sources, tuple(left_out), directions or usual, bool(usual))
 
 
-def _is_held(group: Sequence[str]) -> bool:
+def _is_meanwhile(group: Sequence[str]) -> bool:
     """Whether words name a posture that is measured while something else is done."""
     return {*group} <= STANDING or is_posture_alone(group)
 
 
 def _held_by(group: Sequence[str]) -> str:
-    """The posture of :func:`_is_held`; who stands still and does something moves an arm.
+    """The posture of :func:`_is_meanwhile`; who stands still and does something moves an arm.
 
     >>> _held_by(("stand", "still")), _held_by(("sit",)), _held_by(("raise", "both", "arm"))
     ('stand', 'sit', 'raise both')
@@ -441,7 +441,7 @@ def all_sources(learned: Learned, of: ActionSources) -> ActionSources:
 def looked_at(learned: Learned) -> Iterator[int]:
     """The recorded captures in which a posture is looked for."""
     recorded = (c for c in learned.rows if learned.captures[c].kind == "captured")
-    return islice(recorded, MOST_SEEN)
+    return islice(recorded, SEEN_ALONE)
 
 
 def seen_sources(
@@ -451,7 +451,7 @@ def seen_sources(
 
     `held`: The first frames and last frames + 1 of the times for which a capture holds a posture.
     """
-    sources, posture = [], posture_of(of.action.words)
+    sources, posture = [], of.action.posture
     for capture in looked_at(learned):
         times, rows = held(capture, posture), learned.rows[capture]
         starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]

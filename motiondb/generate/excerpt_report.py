@@ -15,13 +15,7 @@ from motiondb.language.question.readings import say_duration
 from motiondb.language.question.tree import NotUsed
 from motiondb.learn.learned import Learned
 from motiondb.meaning.direction import FULLY, gone, say_measured
-from motiondb.meaning.occurrences import (
-    FLIGHTS,
-    KICKED,
-    find_occurrences,
-    is_posture_alone,
-    posture_of,
-)
+from motiondb.meaning.occurrences import FLIGHTS, KICKED, find_occurrences
 from motiondb.meaning.place_certainty import count_performers, cues_of
 from motiondb.meaning.regression import probability
 from motiondb.records import MOTION_FPS, FloatArray
@@ -85,10 +79,9 @@ def report_excerpt(
 
 def held_otherwise(action: PlannedAction, track: FloatArray) -> list[NotUsed]:
     """The count and the duration of a posture that are measured to be others."""
-    posture = posture_of(action.words) if all(map(is_posture_alone, action.groups)) else ""
-    if not posture:
+    if not action.posture:
         return []
-    left, held = [], find_occurrences(track, posture)
+    left, held = [], find_occurrences(track, action.posture)
     longest = max((end - start for start, end in held), default=0) / MOTION_FPS
     times, seconds = action.times, action.seconds
     if times is not None and not _is_within_count(len(held), times):

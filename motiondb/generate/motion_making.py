@@ -309,7 +309,7 @@ def _sources(
     for action in dict.fromkeys(wanted.actions):
         known = any(word in learned.word_numbers for word in action.words)
         of = ActionSources(action, ())
-        if all(map(is_posture_alone, action.groups)):
+        if action.posture:
             of = seen_sources(learned, of, takes.held)
         if not of.sources and known:
             of = find_sources(learned, action, wanted.verbs)
@@ -345,7 +345,7 @@ def _no_source(action: PlannedAction) -> str:
     without = "".join(f", not {' '.join(words)}" for words in action.excluded)
     parts = [*map(" ".join, action.groups)] if len(action.groups) > 1 else []
     near = f"Each by itself is known: {', '.join(parts)}. " if parts else ""
-    seen = " and no capture is seen to do it" * all(map(is_posture_alone, action.groups))
+    seen = " and no capture is seen to do it" * bool(action.posture)
     return (
         f"generate: no caption mentions {said + without!r}{seen}. {near}"
         "Ask for it otherwise, or pass --anyway for the closest motion."

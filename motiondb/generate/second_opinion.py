@@ -65,12 +65,7 @@ from motiondb.meaning.direction import (
 )
 from motiondb.meaning.edge_map import averaged, frame_cues, lay_in_order, refine_interval
 from motiondb.meaning.motion_judge import WINDOW
-from motiondb.meaning.occurrences import (
-    COUNTED,
-    find_occurrences,
-    is_posture_alone,
-    measured_track,
-)
+from motiondb.meaning.occurrences import COUNTED, find_occurrences, measured_track
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.search.placing import NARROW
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -311,8 +306,7 @@ def _asked(
     """A part of the motion with what is counted and measured; `counted`: another track to count."""
     part = seen.track[slice(*span)]
     done, left = list[str](), held_otherwise(action, part)
-    is_posture = all(map(is_posture_alone, action.groups))
-    if action.times is not None and not is_posture:
+    if action.times is not None and not action.posture:
         word, text = counted_word(action), say_times(action.times)
         found = find_occurrences(part if counted is None else counted, word) if word else []
         poses = seen.poses[slice(*span)] if counted is None else seen.poses
@@ -324,7 +318,7 @@ def _asked(
             done.append(f"{text}: {count:g} measured in the motion")
         else:
             left.append(NotUsed(text, f"{count:g} measured in the motion"))
-    if action.seconds is not None and not is_posture:
+    if action.seconds is not None and not action.posture:
         text, seconds = (
             say_duration(action.seconds.least, action.seconds.most),
             len(part) / MOTION_FPS,

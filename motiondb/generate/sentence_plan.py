@@ -38,6 +38,7 @@ from motiondb.language.question.tree import (
     Without,
     actions_of,
 )
+from motiondb.meaning.occurrences import is_posture_alone, posture_of
 from motiondb.records import MOTION_FPS
 
 MOST_ACTIONS = 128
@@ -104,6 +105,11 @@ class PlannedAction:
     def words(self) -> tuple[str, ...]:
         """Words of all groups, each once."""
         return tuple(dict.fromkeys(word for group in self.groups for word in group))
+
+    @property
+    def posture(self) -> str:
+        """The posture that it takes, if it does nothing else; "" for others."""
+        return posture_of(self.words) if all(map(is_posture_alone, self.groups)) else ""
 
 
 def plan_sentence(

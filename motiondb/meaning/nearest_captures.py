@@ -62,11 +62,12 @@ class CaptureSegments:
         Shapes: `vectors` (n, columns), of length 1.
         """
         bounds = np.empty((len(vectors), len(self.spans)), np.float32)
-        asked, ends = self.outlines(vectors), self.spans.ravel()
-        ends = ends[: len(ends) - int(ends[-1] == self.rows.shape[0])]
+        asked, borders = self.outlines(vectors), self.spans.ravel()
+        borders = borders[: len(borders) - int(borders[-1] == self.rows.shape[0])]
         for first in range(0, len(vectors), TOGETHER):
             products = asked[first : first + TOGETHER] @ self._outlines.T
-            bounds[first : first + TOGETHER] = np.maximum.reduceat(products, ends, axis=1)[:, ::2]
+            largest = np.maximum.reduceat(products, borders, axis=1)
+            bounds[first : first + TOGETHER] = largest[:, ::2]  # the others are between captures
         return bounds
 
 

@@ -329,7 +329,7 @@ def _best_alone(
     question: AskedQuestion, allowed: Collection[int], is_told: bool, words: tuple[int, ...]
 ) -> Found | None:
     """The best answer to one action of a question alone; None if there is none."""
-    names = {number: word for word, number in question.asked.numbers.items()}
+    names = question.asked.names
     alone = (Reading((Part((tuple(names[word] for word in words),)),)),)
     certain = partial(chances, question.asked, alone, is_told)
     found = _find(question, allowed, 1, alone)

@@ -412,11 +412,10 @@ def write_otherwise(
     if sentence.known.issuperset(sentence.forms):
         return _joined(sentence)
     learned, known = sentence.learned, sentence.known.union(find())
-    listed = {action for actions in learned.listed_actions.values() for action in actions}
 
     def together(words: Sequence[str | None]) -> bool:
         numbers = {learned.word_numbers.get(word or "", -1) for word in words}
-        return not listed or -1 in numbers or any(numbers <= action for action in listed)
+        return not learned.listed_actions or -1 in numbers or _say_together(learned, numbers)
 
     changed, phrases = written_otherwise(
         sentence.text, known, learned.synonyms, learned.lemmas, together
@@ -428,6 +427,12 @@ def write_otherwise(
     return Sentence(learned, changed, tuple(map(tuple, lemmas))), same
 
 
+def _say_together(learned: Learned, numbers: set[int]) -> bool:
+    """Whether a caption says all of some words of one action."""
+    listed = learned.listed_actions.values()
+    return any(numbers <= action for actions in listed for action in actions)
+
+
 def _joined(sentence: Sentence) -> tuple[Sentence, dict[str, Taking]]:
     """A question with a compound of known words ("back flip") that captions write as one word."""
     learned, text, same = sentence.learned, sentence.text, dict[str, Taking]()
@@ -436,9 +441,7 @@ def _joined(sentence: Sentence) -> tuple[Sentence, dict[str, Taking]]:
         if whole not in sentence.known or not sentence.known.issuperset(pair):
             continue
         numbers = {learned.word_numbers.get(word, -1) for word in pair}
-        if any(
-            numbers <= action for listed in learned.listed_actions.values() for action in listed
-        ):
+        if _say_together(learned, numbers):
             continue  # captions say both of one action: "side step"
         text = re.sub(rf"\b{pair[0]}[ -]{pair[1]}\b", whole, text, flags=re.IGNORECASE)
         same[" ".join(pair)] = Taking(" ".join(pair), ((whole, 1.0),), is_same=True)
