@@ -115,7 +115,20 @@ class LastingTree:
     most_seconds: float | None
 
 
-QuestionTree = ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree
+@dataclass(frozen=True)
+class MeasuredTree:
+    """A part that turns by an angle (degrees), or goes as far (m), as fast (m/s) or as many steps."""
+
+    kind: Literal["measured"]
+    part: QuestionTree
+    what: str  # "angle", "way", "speed" or "steps"
+    at_least: float
+    at_most: float | None
+
+
+QuestionTree = (
+    ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree | MeasuredTree
+)
 _JOINED: dict[type, Literal["in_order", "at_once", "both", "any_of"]] = {
     tree.InOrder: "in_order",
     tree.AtOnce: "at_once",
@@ -142,6 +155,9 @@ def question_tree(node: tree.Node) -> QuestionTree:
             return RepeatedTree("repeated", question_tree(part), least, most)
         case tree.Lasting(part, shortest, longest):
             return LastingTree("lasting", question_tree(part), shortest, longest)
+        case tree.Measured(part, measure):
+            of = question_tree(part)
+            return MeasuredTree("measured", of, measure.what, measure.least, measure.most)
         case tree.Anything():
             return AnythingTree("anything")
         case _:

@@ -47,6 +47,7 @@ from motiondb.language.question.tree import (
     Anything,
     InOrder,
     Lasting,
+    Measured,
     Node,
     NotUsed,
     Repeated,
@@ -136,7 +137,7 @@ def alternatives(node: Node) -> Iterator[Node]:
         case AnyOf():
             for part in node.parts:
                 yield from alternatives(part)
-        case Without() | Repeated() | Lasting():
+        case Without() | Repeated() | Lasting() | Measured():
             yield from (replace(node, part=part) for part in alternatives(node.part))
         case _:
             for parts in product(*map(alternatives, node.parts)):

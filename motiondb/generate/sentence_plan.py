@@ -26,12 +26,14 @@ from motiondb.language.question.amounts import SPEEDS
 from motiondb.language.question.readings import say, say_count, say_duration
 from motiondb.language.question.tree import (
     Action,
+    AmountNode,
     AnyOf,
     Anything,
     AtOnce,
     Both,
     InOrder,
     Lasting,
+    Measured,
     Node,
     NotUsed,
     Repeated,
@@ -171,10 +173,8 @@ def _plan(node: Node, rng: np.random.Generator, notes: _Notes) -> list[PlannedAc
             excluded = _excluded(node.excluded, notes)
             below = _plan(node.part, rng, notes)
             return [replace(a, excluded=(*a.excluded, *excluded)) for a in below]
-        case Repeated():
-            return _repeated(_plan(node.part, rng, notes), node, notes)
-        case Lasting():
-            return _lasting(_plan(node.part, rng, notes), node, notes)
+        case Repeated() | Lasting() | Measured():
+            return _with_amount(_plan(node.part, rng, notes), node, notes)
         case AtOnce():
             return _at_once([_plan(part, rng, notes) for part in node.parts], node, notes)
         case InOrder():
@@ -184,6 +184,20 @@ def _plan(node: Node, rng: np.random.Generator, notes: _Notes) -> list[PlannedAc
             planned = [action for part in node.parts for action in _plan(part, rng, notes)]
             words = [word for action in planned for word in action.words]
             return [replace(a, beside=tuple(w for w in words if w not in a.words)) for a in planned]
+
+
+def _with_amount(
+    actions: list[PlannedAction], node: AmountNode, notes: _Notes
+) -> list[PlannedAction]:
+    """Planned actions as often or as long as a node asks for."""
+    match node:
+        case Repeated():
+            return _repeated(actions, node, notes)
+        case Lasting():
+            return _lasting(actions, node, notes)
+        case Measured():
+            notes.left.append(NotUsed(node.measure.say(), "no angle, way or speed can be set"))
+            return actions
 
 
 def _plan_action(node: Action, notes: _Notes) -> list[PlannedAction]:

@@ -62,6 +62,7 @@ from motiondb.search.asked_words import (
     without_words_apart,
     written_words_of,
 )
+from motiondb.search.measured_amounts import is_gauged
 from motiondb.search.said_together import LEAVING, STANDING, searched_together
 from motiondb.search.takings import (
     Sentence,
@@ -215,7 +216,7 @@ def understand(
         read, apart, left = searched.readings, searched.apart, (*left, *searched.left)
     if is_single:
         read = (counted(read[0], is_counted),)
-        limits = set().union(*map(_measured_limits, read[0].parts))
+        limits = set().union(*(_measured_limits(part, only) for part in read[0].parts))
         not_searched = tuple(n for n in not_searched if n.text not in limits)
     is_alone = is_single and is_posture_alone(only)
     searched_words = {w for action in read[0].parts[0].actions for w in action}
@@ -302,9 +303,11 @@ def is_counted(part: Part) -> bool:
     return len(part.actions) == 1 and event_of(part.actions[0]) in COUNTED_EVENTS
 
 
-def _measured_limits(part: Part) -> set[str]:
-    """The upper limits of a part that are measured, as a question says them."""
+def _measured_limits(part: Part, only: Sequence[str]) -> set[str]:
+    """The upper limits and measures of a part that are measured, as a question says them."""
     limits, said = set[str](), part.said or part.actions
+    if part.measure is not None and is_gauged(part, [only] if only else said):
+        limits.add(part.measure.say())
     if part.most is not None and is_counted(part):
         limits.add(say_count(0, part.most))
     if part.longest is not None and said and lasts_going(part, said[0]):
@@ -375,6 +378,7 @@ def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> b
     return any(map(excluded_event, reading.exclusions)) or any(
         is_repeated(part)
         or part.is_seen
+        or is_gauged(part, actions_of_part(asked, part, only))
         or any(lasts_going(part, action) for action in actions_of_part(asked, part, only))
         or any({*action} <= STANDING or is_posture_alone(action) for action in part.said)
         for part in reading.parts

@@ -150,7 +150,10 @@ class WordAnswer(Tabled):
         return {**vars(self), "explains": (), "suggests": (), **made}
 
     def _rows(self) -> tuple[str, list[dict[str, object]]]:
-        title = "; ".join(filter(None, (self.not_understood, self.understood, self.nothing)))
+        left = [as_said(one.text) for one in self.not_used if one.text not in self.missing]
+        unused = f"not used: {', '.join(dict.fromkeys(left))}" if left else ""
+        said = self.not_understood, self.understood, unused, self.nothing
+        title = "; ".join(filter(None, said))
         return title, match_rows(self.matches)
 
     @cached_property

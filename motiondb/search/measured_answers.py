@@ -37,12 +37,11 @@ from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, runs
 from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
-from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, as_said
+from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.direction import trodden_anywhere, vertical_ways
 from motiondb.meaning.edge_map import HALF
 from motiondb.meaning.limb_sides import (
     is_at_rest,
-    limb_held,
     limb_speeds,
     limbs_to_measure,
     moves_otherwise,
@@ -72,11 +71,13 @@ from motiondb.search.asking import (
     lasts_going,
     measured_words,
 )
+from motiondb.search.measured_amounts import gauge, is_gauged
 from motiondb.search.measured_postures import (
     held_inside,
     held_meanwhile,
     lacks_posture,
     leaves_posture_open,
+    on_other_foot,
     other_posture,
     posture_though_excluded,
 )
@@ -89,15 +90,12 @@ CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thir
 LEAVES = 1.0  # Seconds for which somebody who walks away must at least walk
 RESTS = 1.0  # Seconds for which somebody who does not move must at least be still
 AT_ONCE = 60  # Frames (2 s) between events that belong together
-LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
-"""Height of a foot over the other one, m, and share of a place, of who is on one foot; frames
-before and after a flight, in which this holds of a hop."""
 
 
 def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Placed) -> Placed:
     """Places with what the motion contradicts; parts go where it shows what they ask for."""
     (reading,) = question.readings
-    places, contradicted, unclear = list(placed.parts), list[str](), False
+    places, contradicted, gauged, unclear = list(placed.parts), list[str](), list[str](), False
     actions_of = question.compared
     for k, part in enumerate(reading.parts):
         is_next = k + 1 < len(places) and bool(reading.parts[k + 1].actions)
@@ -119,6 +117,9 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
                 )
                 contradicted += against
                 unclear = unclear or is_unclear
+        if part.measure is not None and is_gauged(part, actions_of[k]):
+            places[k], against, told = gauge(seen, part.measure, actions_of[k][0], places[k], room)
+            contradicted, gauged = [*contradicted, *against], [*gauged, *told]
     for exclusion in reading.exclusions:
         for k in range(exclusion.first, exclusion.last):
             if excluded_event(exclusion) == "move" and not actions_of[k]:
@@ -135,7 +136,12 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
         amount = float(places[0].end - places[0].start)
     spoken = tuple(dict.fromkeys(contradicted))
     return replace(
-        placed, parts=tuple(places), contradicted=spoken, is_unclear=unclear, amount=amount
+        placed,
+        parts=tuple(places),
+        contradicted=spoken,
+        is_unclear=unclear,
+        amount=amount,
+        gauged=tuple(gauged),
     )
 
 
@@ -409,7 +415,7 @@ def _compare_action(
     so.
     """
     against = [
-        *_on_other_foot(seen, action, place),
+        *on_other_foot(seen, action, place),
         *_not_vertical(seen, action, place, believed),
     ]
     against += [
@@ -426,25 +432,6 @@ def _compare_action(
             lasting = f" {say_duration(seconds, None)}" if seconds > 0.0 else ""
             against.append(say_not_gone(direction, turning(action)) + lasting)
     return against, unsure(place) if against else place
-
-
-def _on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
-    """That somebody does not stand on one foot, or on that of a side, or hop from and onto it."""
-    held = limb_held(action)
-    if not held:
-        return []
-    inside = np.zeros(len(seen.track), dtype=bool)
-    inside[place.start : place.end] = True
-    if "hop" in action:
-        beside = np.zeros_like(inside)
-        for start, end in seen.events("jump"):
-            beside[max(start - BESIDE, 0) : start] = beside[end : end + BESIDE] = True
-        inside &= beside
-    feet = seen.track[inside, 4:6]
-    over = feet[:, 1] - feet[:, 0]  # of the right foot over the left one
-    alone = {"left": over, "right": -over}.get(held[0], np.abs(over)) > LIFTED
-    leg = " ".join(map(as_said, held)) if held[0] == SINGLE else f"the {' '.join(held)}"
-    return [] if len(feet) and alone.mean() >= ON_ONE else [f"is not on {leg} alone"]
 
 
 def _not_vertical(

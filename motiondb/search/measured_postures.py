@@ -7,12 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from motiondb.language.vocabulary import SINGLE, as_said
+from motiondb.meaning.limb_sides import limb_held
 from motiondb.meaning.occurrences import posture_of, say_posture, sitting, standing
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.placing import PartPlace, unsure
 from motiondb.search.seen_frames import SeenFrames
 
 WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
+LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
+"""Height of a foot over the other one, m, and share of a place, of who is on one foot; frames
+before and after a flight, in which this holds of a hop."""
 HELD_FOR = 9  # Frames (0.3 s) for which a posture is at least held while something else is done
 
 
@@ -94,3 +99,22 @@ def other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> 
     slow = np.hypot(inside[:, 1], inside[:, 2]) < WALKING
     holds = sitting(inside) if "sit" in action else standing(inside) & slow
     return [] if len(inside) and holds.mean() >= HOLDS else [f"does not {action[0]} meanwhile"]
+
+
+def on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
+    """That somebody does not stand on one foot, or on that of a side, or hop from and onto it."""
+    held = limb_held(action)
+    if not held:
+        return []
+    inside = np.zeros(len(seen.track), dtype=bool)
+    inside[place.start : place.end] = True
+    if "hop" in action:
+        beside = np.zeros_like(inside)
+        for start, end in seen.events("jump"):
+            beside[max(start - BESIDE, 0) : start] = beside[end : end + BESIDE] = True
+        inside &= beside
+    feet = seen.track[inside, 4:6]
+    over = feet[:, 1] - feet[:, 0]  # of the right foot over the left one
+    alone = {"left": over, "right": -over}.get(held[0], np.abs(over)) > LIFTED
+    leg = " ".join(map(as_said, held)) if held[0] == SINGLE else f"the {' '.join(held)}"
+    return [] if len(feet) and alone.mean() >= ON_ONE else [f"is not on {leg} alone"]

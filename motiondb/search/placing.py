@@ -86,6 +86,7 @@ class Placed:
     is_unclear: bool = False
     # How fast, high or far, if the question names a degree; NaN if that cannot be measured
     amount: float | None = None
+    gauged: tuple[str, ...] = ()  # The angle, way, speed or steps that a question names, measured
 
 
 def place_answer(

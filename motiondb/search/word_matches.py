@@ -32,7 +32,7 @@ def to_match(
     others = {word for word, taking in question.taken.items() if taking.is_other}
     is_silent = bool(question.unmeasured or question.missing or question.left or question.apart)
     is_silent = is_silent or bool(question.not_used) or question.degree is not None
-    is_silent = is_silent or any(part.is_seen for part in reading.parts)
+    is_silent = is_silent or any(part.is_seen or part.measure for part in reading.parts)
     parts = []
     for words, place in zip(_part_words(reading), places):
         is_known = not is_silent and others.isdisjoint(words.split())
@@ -47,7 +47,7 @@ def to_match(
         )
     is_known = not (is_silent or others)
     start, end = min(p.start for p in places), max(p.end for p in places)
-    measured = (*placed.contradicted, *_degree(question, placed))
+    measured = (*placed.contradicted, *placed.gauged, *_degree(question, placed))
     reason = (
         with_notation("; ".join(map(_say_part, parts)), question.taken)
         + ("; not seen in this order" if placed.in_order is False else "")

@@ -213,9 +213,48 @@ def test_who_must_not_move_is_looked_for_in_the_motion() -> None:
 
 def test_what_is_named_as_not_used_leaves_no_probability(db: motiondb.MotionDB) -> None:
     assert db.search("turn left", limit=1).matches[0].probability is not None
-    answer = db.search("turn left 180 degrees", limit=3)
-    assert [left.text for left in answer.not_used] == ["180 degrees"]
+    answer = db.search("turn left at 30 fps", limit=3)
+    assert [left.text for left in answer.not_used] == ["at 30 fps"]
     assert {match.probability for match in answer.matches} == {None}
+
+
+@pytest.mark.parametrize(
+    ("question", "least", "most"),
+    [
+        ("turn left by 90 degrees", 72.0, 108.0),
+        ("walk, then turn right 90 degrees", 72.0, 108.0),
+        ("turn at least 120 degrees", 120.0, 720.0),
+    ],
+)
+def test_angles_of_turns_are_measured(
+    db: motiondb.MotionDB, question: str, least: float, most: float
+) -> None:
+    answer = db.search(question, limit=20)
+    assert not answer.not_used
+    free = [match for match in answer.matches if not match.contradicted]
+    turned = [float(m.reason.split("turns by ")[1].split(" degrees")[0]) for m in free]
+    assert turned
+    assert all(least <= angle <= most for angle in turned)
+    assert {match.probability for match in answer.matches} == {None}
+
+
+def test_a_measured_turn_is_the_change_of_the_heading(db: motiondb.MotionDB) -> None:
+    """Summed up here from the turning of every frame, half as fast as 30 a second."""
+    answer = db.search("turn left by 90 degrees", limit=3)
+    for match in answer.matches[:1]:
+        speeds = track_of(db, match.capture)[:, 3]
+        turned = np.degrees(speeds[round(match.start * 30) : round(match.end * 30)].sum() / 30)
+        told = float(match.reason.split("turns by ")[1].split(" degrees")[0])
+        assert turned == pytest.approx(told, abs=5)
+
+
+def test_ways_speeds_and_steps_are_measured_where_the_action_goes(db: motiondb.MotionDB) -> None:
+    for question, unit in (("walk 3 m", "m"), ("run at least 2 m/s", "m/s"), ("walk 4 steps", "")):
+        answer = db.search(question, limit=10)
+        assert not answer.not_used
+        assert f"{unit or 'steps'}" in answer.matches[0].reason.split("measured: ")[1]
+    assert [left.text for left in db.search("kick 90 degrees").not_used] == ["90 degrees"]
+    assert [left.text for left in db.search("walk 3 m or run").not_used] == ["3 m"]
 
 
 @pytest.mark.parametrize(

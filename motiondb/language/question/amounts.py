@@ -9,6 +9,8 @@ An amount is a pair (least, most), most None if there is no upper limit:
     "two or three times"             (2, 3)        "5 to 10 s"            (5, 10)
     "several times", "repeatedly"    (2, None)
 
+Angles, ways, speeds and numbers of steps are amounts with a measure (:class:`Measure`).
+
 "About five seconds" is five seconds. How an action is done is said by the adjective of an adverb
 in -ly (happily: happy, gently: gentle). The caption words for it are searched among the adjective,
 the adverb and, for speed, the words of the same meaning.
@@ -18,6 +20,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 from motiondb.language.lemmas import FORMS
 
@@ -86,11 +89,29 @@ _COUNT_PATTERN = rf"""
     |(?<!\w)[x×]\s?(?P<after>[0-9]{{1,6}})\b
 """
 
+_TURNS = r"(?:turns?|spins?|rotations?|revolutions?|circles?)"
+_TURNED = rf"(?:(?:left|right)\s+)?{_TURNS}"
 _MEASURE_PATTERN = rf"""
-    {NUMBER}[\s-]*
-    (?:degrees?\b|°|deg\b|%|percent\b|(?:centi|kilo|milli)?met(?:er|re)s?\b|(?:cm|mm|km|m)(?![\w/])
-       |km/h\b|m/s\b|yards?\b|miles?\b|inch(?:es)?\b|mph\b|bpm\b|fps\b)
+    (?:\b(?:by|through|at|for)\s+)?(?:\b(?:{_COUNT_LIMIT})\s+)?
+    (?:(?:an?\s+|one\s+)?(?P<part>full|whole|complete|half|quarter)(?:\s+(?:of\s+)?an?)?
+        [\s-]+(?={_TURNS}\b)
+      |(?P<round>(?:90|270)(?=[\s-]+{_TURNED}\b)
+          |(?:180|360|540|720)(?=[\s-]+{_TURNED}\b|\s*(?:[,.;]|$)|\s+(?:and|then|left|right)\b))
+      |(?P<low>{NUMBER})(?:{_RANGE}(?P<high>{NUMBER}))?[\s-]*
+       (?P<unit>degrees?\b|°|deg\b|%|percent\b|(?:centi|kilo|milli)?met(?:er|re)s?\b
+          |(?:cm|mm|km|m)(?![\w/])|km/h\b|kph\b|m/s\b|met(?:er|re)s?\ (?:per|a)\ second\b
+          |yards?\b|miles?\b|inch(?:es)?\b|feet(?=\ (?:high|long|far|wide|up|ahead|back))
+          |mph\b|bpm\b|fps\b))
+    {_MORE}
 """
+_OF_TURNS = {"half": 180.0, "quarter": 90.0}  # Parts of a turn, degrees; others are whole
+_UNITS = {
+    "angle": {"deg": 1.0, "°": 1.0},
+    "speed": {"km/h": 1 / 3.6, "kph": 1 / 3.6, "m/s": 1.0, "mph": 0.44704},
+    "way": {"cm": 0.01, "mm": 0.001, "km": 1e3, "centi": 0.01, "kilo": 1e3, "milli": 0.001}
+    | {"mile": 1609.344, "m": 1.0, "yard": 0.9144, "inch": 0.0254, "feet": 0.3048},
+}
+"""What is measured -> the beginning of a unit -> its size in degrees, m/s and m."""
 
 _DURATION = re.compile(_DURATION_PATTERN, re.VERBOSE | re.IGNORECASE)
 _COUNT = re.compile(_COUNT_PATTERN, re.VERBOSE | re.IGNORECASE)
@@ -163,14 +184,68 @@ def match_count(text: str, place: int = 0) -> tuple[int, int, int | None] | None
     return None if match is None else (match.end(), *_repeats(match))
 
 
-def match_measure(text: str, place: int = 0) -> int | None:
-    """End of the angle, length or speed at a position; motiondb does not use these.
+@dataclass(frozen=True)
+class Measure:
+    """How far, how fast or by which angle: from ``least`` to ``most`` (None: no upper limit)."""
 
-    >>> match_measure("90-degree turn"), match_measure("2 m"), match_measure("2 hops")
-    (9, 3, None)
+    what: str  # "angle" (degrees), "way" (m), "speed" (m/s) or "steps"; "" for what is not measured
+    least: float
+    most: float | None
+
+    def say(self) -> str:
+        """The amount, as a question says it.
+
+        >>> Measure("angle", 90, 90).say(), Measure("way", 0.0, 1.5).say()
+        ('90 degrees', 'at most 1.5 m')
+        >>> Measure("steps", 3, None).say()
+        'at least 3 steps'
+        """
+        unit = {"angle": "degrees", "way": "m", "speed": "m/s"}.get(self.what, self.what)
+        low = f"{self.least:.10g}"
+        if self.most is None:
+            return f"at least {low} {unit}"
+        high = f"{self.most:.10g} {unit}"
+        return (
+            high
+            if self.least == self.most
+            else f"{low} to {high}"
+            if self.least
+            else (f"at most {high}")
+        )
+
+
+def match_measure(text: str, place: int = 0) -> tuple[int, Measure] | None:
+    """End of the angle, length or speed at a position, and what it measures.
+
+    >>> match_measure("90-degree turn")
+    (9, Measure(what='angle', least=90.0, most=90.0))
+    >>> match_measure("at least 20 cm"), match_measure("2 hops")
+    ((14, Measure(what='way', least=0.2, most=None)), None)
+    >>> match_measure("half a turn")[1].say(), match_measure("100 bpm")[1].what
+    ('180 degrees', '')
     """
     match = _MEASURE.match(text, place)
-    return None if match is None else match.end()
+    if match is None:
+        return None
+    if match["part"] or match["round"]:
+        of_turn = _OF_TURNS.get((match["part"] or "").lower(), 360.0)
+        low = high = float(match["round"]) if match["round"] else of_turn
+        what = "angle"
+    else:
+        unit = match["unit"].lower()
+        if unit.startswith("m") and unit.endswith("second"):
+            unit = "m/s"
+        sizes = [
+            (what, size)
+            for what, units in _UNITS.items()
+            for start, size in units.items()
+            if unit.startswith(start) and unit not in ("fps", "bpm")
+        ]
+        what, size = sizes[0] if sizes else ("", 1.0)
+        low = round(size * to_number(match["low"]), 6)
+        high = round(size * to_number(match["high"]), 6) if match["high"] else low
+    more, fewer = match["more"] or match["plus"], match["fewer"] or match["minus"]
+    return match.end(), Measure(what, 0.0 if fewer else low, None if more else high)
 
 
 def match_number(text: str, place: int = 0) -> tuple[int, float, float | None] | None:

@@ -32,6 +32,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from motiondb.errors import QueryError
+from motiondb.language.question.amounts import Measure
 from motiondb.language.question.readings import say
 from motiondb.language.question.tokens import Token, tokenize
 from motiondb.language.question.tree import (
@@ -43,6 +44,7 @@ from motiondb.language.question.tree import (
     InOrder,
     Joined,
     Lasting,
+    Measured,
     Node,
     NotUsed,
     Question,
@@ -178,7 +180,7 @@ def both_of(nodes: Sequence[Node]) -> Node:
 
 MOST_PARENTHESES = 20
 """Largest depth of nested parentheses. Chosen by hand; questions need two or three."""
-_PIECE = ("word", "manner", "count", "duration", "same", "quote", "open", "wild")
+_PIECE = ("word", "manner", "count", "duration", "measure", "same", "quote", "open", "wild")
 """Kinds of tokens that begin a piece."""
 
 
@@ -278,7 +280,7 @@ class _Parser:
     def _lasting_anything(self) -> Node:
         """Any action, with the amounts that follow."""
         node: Node = Anything()
-        while self.kind in ("count", "duration"):
+        while self.kind in ("count", "duration", "measure"):
             node = _amount(node, self.tokens[self.place])
             self.place += 1
         return node
@@ -309,7 +311,7 @@ class _Parser:
         words: list[str] = []
         manner: list[str] = []
         amounts: list[Token] = []
-        while token := self.take("word", "manner", "count", "duration", "same"):
+        while token := self.take("word", "manner", "count", "duration", "measure", "same"):
             if token.kind == "word":
                 words.extend(token.words)
             elif token.kind == "manner":
@@ -479,7 +481,9 @@ class _Parser:
 
 
 def _amount(node: Node, token: Token) -> Node:
-    """A node with the count or the duration of a token."""
+    """A node with the count, duration or measure of a token."""
+    if token.kind == "measure":
+        return Measured(node, Measure(token.what, token.least, token.most))
     if token.kind == "duration":
         return Lasting(node, token.least, token.most)
     return Repeated(node, round(token.least), None if token.most is None else round(token.most))

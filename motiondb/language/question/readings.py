@@ -25,16 +25,24 @@ from math import prod
 from typing import NoReturn
 
 from motiondb.errors import QueryError, UnknownWordsError
-from motiondb.language.question.amounts import adverb_of, known_manner, manner_of, match_number
+from motiondb.language.question.amounts import (
+    Measure,
+    adverb_of,
+    known_manner,
+    manner_of,
+    match_number,
+)
 from motiondb.language.question.tokens import match_connective
 from motiondb.language.question.tree import (
     Action,
+    AmountNode,
     AnyOf,
     Anything,
     AtOnce,
     Both,
     InOrder,
     Lasting,
+    Measured,
     Node,
     NotUsed,
     Question,
@@ -68,6 +76,7 @@ class Part:
     most: int | None = None  # Most repeats; None: no upper limit
     # The actions with the words that are measured in place of searched; () where there are none
     said: tuple[tuple[str, ...], ...] = ()
+    measure: Measure | None = None  # How far, how fast or by which angle
 
     @property
     def is_seen(self) -> bool:
@@ -128,6 +137,9 @@ def _read(node: Node, not_used: list[NotUsed]) -> list[Reading]:
             parts = [_repeat(r, max(node.least, 1), node.most) for r in _read(node.part, not_used)]
         case Lasting():
             parts = [_lasting(r, node, not_used) for r in _read(node.part, not_used)]
+        case Measured():
+            not_used.append(NotUsed(node.measure.say(), _UNMEASURED))
+            parts = [_measured(r, node.measure) for r in _read(node.part, not_used)]
         case _:
             parts = _read_joined(node, not_used)
     return _limited(parts)
@@ -191,7 +203,8 @@ def _at_once(choice: Sequence[Reading]) -> Reading:
         same = [reading.parts[k if len(reading.parts) == n else 0] for reading in over]
         actions = dict.fromkeys(action for each in same for action in each.actions)
         seconds = max(each.seconds for each in same)
-        parts.append(replace(part, actions=tuple(actions), seconds=seconds))
+        measure = next((each.measure for each in same if each.measure is not None), None)
+        parts.append(replace(part, actions=tuple(actions), seconds=seconds, measure=measure))
     exclusions = [
         e if len(reading.parts) == n else replace(e, first=0, last=n)
         for reading in over
@@ -215,10 +228,8 @@ def _excluded(node: Node, not_used: list[NotUsed]) -> list[tuple[tuple[str, ...]
     for part in inside:
         if isinstance(part, InOrder):
             not_used.append(NotUsed(f"the order of {say(part)}", _NOT_EXCLUDED))
-        elif isinstance(part, Repeated):
-            not_used.append(NotUsed(say_count(part.least, part.most), _NOT_EXCLUDED))
-        elif isinstance(part, Lasting):
-            not_used.append(NotUsed(say_duration(part.least, part.most), _NOT_EXCLUDED))
+        elif isinstance(part, (Repeated, Lasting, Measured)):
+            not_used.append(NotUsed(_say_amount(part), _NOT_EXCLUDED))
         elif isinstance(part, Without):
             not_used.append(NotUsed(f"not {say(part.excluded[0])}", _NOT_EXCLUDED))
     sets = []
@@ -231,6 +242,10 @@ def _excluded(node: Node, not_used: list[NotUsed]) -> list[tuple[tuple[str, ...]
 
 _NOT_EXCLUDED = "exclusions apply in any order, number and duration"
 _UNCHECKED = "it cannot be checked"
+_UNMEASURED = (
+    "measured are the angles of turns, and the way, speed and steps of who goes or jumps, of one "
+    "action at a time"
+)
 
 
 def counted(reading: Reading, is_counted: Callable[[Part], bool]) -> Reading:
@@ -294,6 +309,13 @@ def _lasting(reading: Reading, node: Lasting, not_used: list[NotUsed]) -> Readin
     part, longest = reading.parts[0], None if node.least == node.most else node.most
     lasting = replace(part, seconds=max(part.seconds, node.least), longest=longest)
     return replace(reading, parts=(lasting,))
+
+
+def _measured(reading: Reading, measure: Measure) -> Reading:
+    """A reading whose single part is as far or as fast as measured."""
+    if len(reading.parts) > 1:
+        return reading
+    return replace(reading, parts=(replace(reading.parts[0], measure=measure),))
 
 
 def _refuse(what: str, number: int, most: int) -> NoReturn:
@@ -438,7 +460,7 @@ def _hold(node: Node, known: Callable[[Action], Action | None]) -> Node | None:
             if not kept:
                 return part
             return without(Anything() if part is None else part, kept, node.later)
-        case Repeated() | Lasting():
+        case Repeated() | Lasting() | Measured():
             part = _hold(node.part, known)
             return None if part is None else replace(node, part=part)
         case _:
@@ -470,10 +492,19 @@ def say(node: Node) -> str:
             kept = [] if isinstance(part, Anything) else [_before_exclusion(part)]
             said = ", ".join([*kept, *(f"not {_inside(one)}" for one in excluded)])
             return f"{said} afterwards" if later else said
-        case Repeated(part, least, most):
-            return f"{_inside(part)} {say_count(least, most)}"
-        case Lasting(part, shortest, longest):
-            return f"{_inside(part)} {say_duration(shortest, longest)}"
+        case _:
+            return f"{_inside(node.part)} {_say_amount(node)}"
+
+
+def _say_amount(node: AmountNode) -> str:
+    """How often, how long or how far."""
+    match node:
+        case Repeated():
+            return say_count(node.least, node.most)
+        case Lasting():
+            return say_duration(node.least, node.most)
+        case Measured():
+            return node.measure.say()
 
 
 def _quoted(words: Sequence[str]) -> Sequence[str]:
@@ -535,6 +566,13 @@ reason='only the first alternative is used'))
     return tuple(_plain(tree, left)), tuple(dict.fromkeys(left))
 
 
+_NOT_SET: dict[type, str] = {
+    Repeated: "it is used once",
+    Lasting: "no duration can be set",
+    Measured: "no angle, way or speed can be set",
+}
+
+
 def _plain(node: Node, left: list[NotUsed]) -> list[tuple[str, ...]]:
     match node:
         case Action():
@@ -550,11 +588,8 @@ def _plain(node: Node, left: list[NotUsed]) -> list[tuple[str, ...]]:
         case Without():
             left += [NotUsed(f"not {say(one)}", "nothing can be excluded") for one in node.excluded]
             return _plain(node.part, left)
-        case Repeated():
-            left.append(NotUsed(say_count(node.least, node.most), "it is used once"))
-            return _plain(node.part, left)
-        case Lasting():
-            left.append(NotUsed(say_duration(node.least, node.most), "no duration can be set"))
+        case Repeated() | Lasting() | Measured():
+            left.append(NotUsed(_say_amount(node), _NOT_SET[type(node)]))
             return _plain(node.part, left)
         case AtOnce():
             words = [

@@ -22,7 +22,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
+from itertools import groupby, takewhile
 
 from motiondb.errors import QueryError
 from motiondb.language.lemmas import VERBS
@@ -144,15 +144,14 @@ _SPACE = re.compile(r"\s+")
 _SEPARATORS = ("or", "while", "after", "before", "then", "stop", "comma", "but", "and")
 """Kinds that join parts; of several adjacent ones, the first in this order is used."""
 _AMOUNTS = ("number", "vague", "filler")  # Kinds between a verb and the steps of its way
-_MEASURED_IN_STEPS = VERBS - MODIFIERS - LIMBS - {"take", "step", "climb", "ascend", "descend"}
+_MEASURED_IN_STEPS = VERBS - MODIFIERS - LIMBS - {"take", "climb", "ascend", "descend"}
 _UNUSED = {
     "vague": "it names neither a duration nor a count",
     "only": "what else a capture shows is not compared",
     "which": "performers and captures are chosen by filters (--where)",
     "when": "where in a capture it is shown is not compared",
-    "measure": "angles, lengths and speeds are not compared",
+    "rate": "percentages and rates are not compared",
     "number": "it says neither how often nor how long",
-    "steps": "steps are not counted",
 }
 
 
@@ -165,6 +164,7 @@ class Token:
     words: tuple[str, ...] = ()  # Lemmas of a word or a quote; the adjective of a manner
     least: float = 0.0  # Lower limit of a count or a duration, see ``question.amounts``
     most: float | None = None  # Upper limit; None if there is none
+    what: str = ""  # What an amount measures, see ``Measure``
 
 
 def tokenize(
@@ -216,8 +216,10 @@ def _token_at(text: str, place: int) -> tuple[Token | None, int]:
         return None, space.end()
     if duration := match_duration(text, place):
         return Token("duration", text[place : duration[0]], (), *duration[1:]), duration[0]
-    if end := match_measure(text, place):
-        return Token("measure", text[place:end]), end
+    if measured := match_measure(text, place):
+        end, amount = measured
+        limits = (amount.least, amount.most, amount.what)
+        return Token("measure" if amount.what else "rate", text[place:end], (), *limits), end
     if count := match_count(text, place):
         return Token("count", text[place : count[0]], (), *count[1:]), count[0]
     if connective := match_connective(text, place):
@@ -259,21 +261,25 @@ def _word_token(piece: str, word: str | None, synonym: bool) -> Token:
 
 
 def _uncount_steps(tokens: list[Token]) -> list[Token]:
-    """Numbers of steps are not used ("three steps back"), nor steps that measure a verb's way.
+    """Numbers of steps are no counts ("three steps back"), nor steps that measure a verb's way.
 
     >>> [token.text for token in tokenize("walk a few steps back, then two steps to the left")[0]]
-    ['walk', 'back', ', then', 'steps', 'left']
+    ['walk', 'back', ', then', 'two steps', 'steps', 'left']
     """
     resolved: list[Token] = []
     for token in tokens:
         amount = resolved[-1] if resolved else Token("stop", "")
         if token.words == ("step",) and amount.kind in _AMOUNTS:
             if amount.kind == "number" and amount.most != 1:
-                resolved[-1] = replace(amount, kind="steps", text=f"{amount.text} {token.text}")
-            verb = next(
-                (t for t in reversed(resolved) if t.kind not in (*_AMOUNTS, "steps")), token
-            )
-            if set(verb.words) & _MEASURED_IN_STEPS:
+                resolved[-1] = replace(
+                    amount, kind="measure", text=f"{amount.text} {token.text}", what="steps"
+                )
+            said = [t for t in reversed(resolved) if t.kind not in (*_AMOUNTS, "measure")]
+            if amount.kind == "number":
+                verbs = list(takewhile(lambda t: t.kind not in _SEPARATORS, said))
+            else:
+                verbs = said[:1]
+            if any(_MEASURED_IN_STEPS.intersection(t.words) for t in verbs):
                 continue
         resolved.append(token)
     return resolved

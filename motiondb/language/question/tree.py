@@ -10,6 +10,7 @@
     Without   a part that does not show what is excluded   walk, not run
     Repeated  a part several times                         jump 3 times
     Lasting   a part for some seconds                      walk for 10 s
+    Measured  a part as far, or as fast                    turn left by 90 degrees
 
 Normal form: InOrder, AtOnce, Both and AnyOf hold two parts or more and no part of their own kind;
 an excluded AnyOf is a list of exclusions (not (a or b) is not a and not b).
@@ -25,6 +26,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from motiondb.language.question.amounts import Measure
 from motiondb.language.vocabulary import MODIFIERS
 
 SIDES = frozenset(("left", "right", "both"))
@@ -126,7 +128,16 @@ class Lasting:
     most: float | None
 
 
-Node: TypeAlias = Action | Anything | InOrder | AtOnce | Both | AnyOf | Without | Repeated | Lasting
+@dataclass(frozen=True)
+class Measured:
+    """A part that turns by an angle, or goes as far, as fast or as many steps, as measured."""
+
+    part: Node
+    measure: Measure
+
+
+AmountNode: TypeAlias = Repeated | Lasting | Measured
+Node: TypeAlias = Action | Anything | InOrder | AtOnce | Both | AnyOf | Without | AmountNode
 Joined: TypeAlias = type[InOrder] | type[AtOnce] | type[Both] | type[AnyOf]
 
 
@@ -196,7 +207,7 @@ def parts_of(node: Node) -> tuple[Node, ...]:
             return ()
         case Without():
             return (node.part, *node.excluded)
-        case Repeated() | Lasting():
+        case Repeated() | Lasting() | Measured():
             return (node.part,)
         case _:
             return node.parts
@@ -221,7 +232,7 @@ def map_actions(node: Node, change: Callable[[Action], Action]) -> Node:
     """The same tree with every requested action changed; exclusions do not change."""
     if isinstance(node, Action):
         return change(node)
-    if isinstance(node, (Without, Repeated, Lasting)):
+    if isinstance(node, (Without, Repeated, Lasting, Measured)):
         return replace(node, part=map_actions(node.part, change))
     if isinstance(node, Anything):
         return node
@@ -316,7 +327,7 @@ def drop_empty(node: Node) -> tuple[Node | None, list[Node]]:
             part = kept([node.part])
             rest = part[0] if part else Anything()
             return without(rest, kept(node.excluded), node.later), dropped
-        case Repeated() | Lasting():
+        case Repeated() | Lasting() | Measured():
             part = kept([node.part])
             return (replace(node, part=part[0]) if part else None), dropped
     return node, []
@@ -328,13 +339,13 @@ def core(node: Node) -> Action | None:
     >>> core(Lasting(Action(("walk",)), 5.0, None)), core(Anything())
     (Action(words=('walk',), manner=()), None)
     """
-    while isinstance(node, (Repeated, Lasting)):
+    while isinstance(node, (Repeated, Lasting, Measured)):
         node = node.part
     return node if isinstance(node, Action) else None
 
 
 def _with_amounts(node: Node, bare: Node) -> Node:
     """A node within the amounts of a bare one."""
-    if isinstance(bare, (Repeated, Lasting)):
+    if isinstance(bare, (Repeated, Lasting, Measured)):
         return replace(bare, part=_with_amounts(node, bare.part))
     return node

@@ -4,6 +4,7 @@ walk left ~slow      an action with its manner        then(a, b)     in order
 ?                    anything                         while(a, b)    at once
 times(a, 2..3)       repeated; 2.. no upper limit     both(a, b)     order not said
 seconds(a, 10..10)   lasting                          or(a, b)       alternatives
+angle(a, 90..90)     in degrees; also way (m), speed (m/s) and steps
 not(a; b, c)         a without b and c; not(; b) without anything asked
 """
 
@@ -17,6 +18,7 @@ from motiondb.language.question.tree import (
     Both,
     InOrder,
     Lasting,
+    Measured,
     Node,
     Repeated,
     Without,
@@ -38,4 +40,8 @@ def notation(node: Node) -> str:
         name = "times" if isinstance(node, Repeated) else "seconds"
         most = "" if node.most is None else f"{node.most:g}"
         return f"{name}({notation(node.part)}, {node.least:g}..{most})"
+    if isinstance(node, Measured):
+        measure = node.measure
+        most = "" if measure.most is None else f"{measure.most:g}"
+        return f"{measure.what}({notation(node.part)}, {measure.least:g}..{most})"
     return f"{_JOINTS[type(node)]}({', '.join(map(notation, node.parts))})"

@@ -631,7 +631,7 @@ export interface JobsReply {
 
 export interface JoinedTree {
   kind: "in_order" | "at_once" | "both" | "any_of";
-  parts: (ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree)[];
+  parts: (ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree | MeasuredTree)[];
 }
 
 export interface JointProposal {
@@ -659,7 +659,7 @@ export interface KeepBody {
 
 export interface LastingTree {
   kind: "lasting";
-  part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;
+  part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree | MeasuredTree;
   least_seconds: number | null;
   most_seconds: number | null;
 }
@@ -797,6 +797,14 @@ export interface MeasuredRule {
   end: number;
   frames: number;
   kept: boolean;
+}
+
+export interface MeasuredTree {
+  kind: "measured";
+  part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree | MeasuredTree;
+  what: string;
+  at_least: number;
+  at_most: number | null;
 }
 
 export interface Medoid {
@@ -1001,7 +1009,7 @@ export interface RenameBody {
 
 export interface RepeatedTree {
   kind: "repeated";
-  part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;
+  part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree | MeasuredTree;
   at_least: number | null;
   at_most: number | null;
 }
@@ -1395,7 +1403,7 @@ export interface TreeNode {
 export interface UnderstoodQuestion {
   text: string;
   understood: string;
-  tree: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;
+  tree: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree | MeasuredTree;
   not_used: NotUsed[];
 }
 
@@ -1443,8 +1451,8 @@ export interface WallTile {
 
 export interface WithoutTree {
   kind: "without";
-  part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree;
-  excluded: (ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree)[];
+  part: ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree | MeasuredTree;
+  excluded: (ActionTree | AnythingTree | JoinedTree | WithoutTree | RepeatedTree | LastingTree | MeasuredTree)[];
 }
 
 export interface WordProbability {
