@@ -117,13 +117,14 @@ class LastingTree:
 
 @dataclass(frozen=True)
 class MeasuredTree:
-    """A part that turns by an angle (degrees), or goes as far (m), as fast (m/s) or as many steps."""
+    """A part that turns by an angle (degrees), or goes as far (m), fast (m/s) or many steps."""
 
     kind: Literal["measured"]
     part: QuestionTree
     what: str  # "angle", "way", "speed" or "steps"
     at_least: float
     at_most: float | None
+    said: str
 
 
 QuestionTree = (
@@ -157,7 +158,7 @@ def question_tree(node: tree.Node) -> QuestionTree:
             return LastingTree("lasting", question_tree(part), shortest, longest)
         case tree.Measured(part, measure):
             of = question_tree(part)
-            return MeasuredTree("measured", of, measure.what, measure.least, measure.most)
+            return MeasuredTree("measured", of, *vars(measure).values(), measure.say())
         case tree.Anything():
             return AnythingTree("anything")
         case _:

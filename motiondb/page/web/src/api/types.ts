@@ -805,6 +805,7 @@ export interface MeasuredTree {
   what: string;
   at_least: number;
   at_most: number | null;
+  said: string;
 }
 
 export interface Medoid {

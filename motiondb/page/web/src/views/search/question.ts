@@ -77,6 +77,8 @@ export function chipsOf(tree: QuestionTree, inside = false): Chip[] {
           excluded: false,
         },
       ];
+    case "measured":
+      return [{ kind: "group", text: tree.said, chips: chipsOf(tree.part), excluded: false }];
     default: {
       const chips = tree.parts.flatMap((part, i): Chip[] => [
         ...(i > 0 ? [{ kind: "joint" as const, text: JOINTS[tree.kind] }] : []),
