@@ -158,7 +158,9 @@ def question_tree(node: tree.Node) -> QuestionTree:
             return LastingTree("lasting", question_tree(part), shortest, longest)
         case tree.Measured(part, measure):
             of = question_tree(part)
-            return MeasuredTree("measured", of, *vars(measure).values(), measure.say())
+            return MeasuredTree(
+                "measured", of, measure.what, measure.least, measure.most, measure.say()
+            )
         case tree.Anything():
             return AnythingTree("anything")
         case _:
