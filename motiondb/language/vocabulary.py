@@ -58,6 +58,14 @@ quickly slow slowly fast large small wide big sudden suddenly stationary circula
 """
 MODIFIERS = frozenset(_MODIFIERS.split())
 """Lemmas of manner, direction and body parts: alone they belong to the action before."""
+_TRAVELS_TEXT = """
+walk run jog sprint dash step stride stroll march sneak tiptoe limp stagger stumble shuffle wander
+pace trot gallop skip hop jump leap crawl creep move go travel slide dribble sidestep amble saunter
+mosey hike stalk advance retreat hurry rush scurry scuttle waddle strut trudge hobble lope
+"""
+TRAVELS = frozenset(_TRAVELS_TEXT.split())
+"""Words for travelling over the ground. Other actions have directions that are not travelled: a
+person can lean back, reach forward and look left in place."""
 
 IN_PLACE = "stationary"
 """The word for "in place" and "on the spot": "walk in place" is (walk, stationary)."""

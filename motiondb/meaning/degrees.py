@@ -21,8 +21,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.language.question.amounts import SPEEDS
+from motiondb.language.vocabulary import TRAVELS
 from motiondb.meaning.occurrences import FLIGHTS, find_occurrences
-from motiondb.meaning.travelled import STEADY, TRAVELS, means_of
+from motiondb.meaning.travelled import STEADY, means_of
 from motiondb.records import MOTION_FPS, FloatArray
 
 _SLOW, _FAST = SPEEDS

@@ -40,7 +40,7 @@ import numpy as np
 
 from motiondb.body import body
 from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import IN_PLACE, as_said
+from motiondb.language.vocabulary import IN_PLACE, TRAVELS, as_said
 from motiondb.meaning.limb_sides import (
     LEGS,
     PUNCHES,
@@ -66,7 +66,6 @@ from motiondb.meaning.occurrences import (
 )
 from motiondb.meaning.travelled import (
     CLEARLY,
-    TRAVELS,
     directions_to_measure,
     furthest,
     largest_part,

@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS, runs
 from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import IN_A_CIRCLE, IN_PLACE, as_said
+from motiondb.language.vocabulary import IN_A_CIRCLE, IN_PLACE, TRAVELS, as_said
 from motiondb.records import Float32Array, FloatArray
 
 LEAST = {
@@ -60,14 +60,6 @@ SPINS = frozenset(
 )  # Words for turning most of the way round
 TURNS = SPINS | {"turn", "rotate", "rotation", "pivot", "veer", "swerve"}  # Words for turning
 SPUN = 2.35  # Least turning of a spin, rad
-_TRAVELS_TEXT = """
-walk run jog sprint dash step stride stroll march sneak tiptoe limp stagger stumble shuffle wander
-pace trot gallop skip hop jump leap crawl creep move go travel slide dribble sidestep amble saunter
-mosey hike stalk advance retreat hurry rush scurry scuttle waddle strut trudge hobble lope
-"""
-TRAVELS = frozenset(_TRAVELS_TEXT.split())
-"""Words for travelling over the ground. Other actions have directions that are not travelled: a
-person can lean back, reach forward and look left in place."""
 GOES = TRAVELS - {"dribble", "jump", "hop", "leap", "slide", "march", "hobble"}
 """Words for travelling that nobody does on the spot."""
 RUNS = frozenset(("run", "jog", "sprint", "dash"))

@@ -39,7 +39,7 @@ from motiondb.language.question.tree import (
     core,
     map_actions,
 )
-from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE
+from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, TRAVELS
 from motiondb.learn.learned import Learned
 from motiondb.meaning.degrees import Degree, degree_of
 from motiondb.meaning.direction import vertical_ways
@@ -53,7 +53,7 @@ from motiondb.meaning.occurrences import (
     posture_of,
     say_posture,
 )
-from motiondb.meaning.travelled import GOES, LEAST, REST, TRAVELS, directions_to_measure
+from motiondb.meaning.travelled import GOES, LEAST, REST, directions_to_measure
 from motiondb.search.asked_words import (
     AskedWords,
     WrittenWord,
@@ -113,22 +113,21 @@ class AskedQuestion:
         return list(dict.fromkeys(word for action in actions for word in action.all_words))
 
     @cached_property
-    def compared(self) -> tuple[tuple[tuple[str, ...], ...], ...]:
-        """The actions of every part of the only reading, as they are measured."""
-        (reading,) = self.readings
-        return tuple(actions_of_part(self.asked, part, self.only) for part in reading.parts)
+    def compared(self) -> tuple[tuple[tuple[tuple[str, ...], ...], ...], ...]:
+        """The actions of every part of every reading, as they are measured."""
+        return tuple(
+            tuple(actions_of_part(self.asked, part, self.only) for part in reading.parts)
+            for reading in self.readings
+        )
 
     @cached_property
     def is_silent(self) -> bool:
         """Whether no answer has a probability, since no own caption has checked the words."""
         return self.is_seen_alone or not self.asked.are_checked(self.readings)
 
-    @property
-    def is_wordless(self) -> bool:
-        """Whether no word ranks the captures, so that all of them are looked at."""
-        return self.is_seen_alone or not any(
-            part.actions for reading in self.readings for part in reading.parts
-        )
+    def is_wordless(self, read: Sequence[Reading]) -> bool:
+        """Whether no word of some readings ranks the captures, so that all are looked at."""
+        return self.is_seen_alone or not any(part.actions for one in read for part in one.parts)
 
     @property
     def by_length(self) -> bool:
@@ -214,17 +213,18 @@ def understand(
         unmeasured = unmeasured_words(asked, sentence.parsed.tree, read, only)
         searched = searched_together(asked, read, only, leaving, sentence.seen, measured_words)
         read, apart, left = searched.readings, searched.apart, (*left, *searched.left)
-    if is_single:
-        read = (counted(read[0], is_counted),)
-        limits = set().union(*(_measured_limits(part, only) for part in read[0].parts))
-        not_searched = tuple(n for n in not_searched if n.text not in limits)
+    if looks_at_motion:
+        read = tuple(_with_unseen(counted(one, is_counted), sentence.unseen) for one in read)
+        limits = [_measured_limits(part, only) for one in read for part in one.parts]
+        met, unmet = (set[str]().union(*of) for of in zip(*limits))
+        not_searched = tuple(n for n in not_searched if n.text not in met - unmet)
     is_alone = is_single and is_posture_alone(only)
     searched_words = {w for action in read[0].parts[0].actions for w in action}
     part = read[0].parts[0]
     is_said = is_alone and searched_words == {*only} and not takings
     is_said = is_said and not (part.seconds or part.longest or is_repeated(part))
     is_seen_alone = is_alone and not (is_said and OF_POSTURES.intersection(only))
-    seen = (only,) if is_seen_alone else sentence.seen if is_single else ()
+    seen = (only,) if is_seen_alone else sentence.seen if looks_at_motion else ()
     return AskedQuestion(
         sentence.text,
         sentence,
@@ -244,7 +244,8 @@ def understand(
         left=left,
         degree=degree,
         is_order=is_single and is_order(read[0]),
-        is_measured=is_single and (degree is not None or is_measured(asked, read[0], only)),
+        is_measured=looks_at_motion
+        and (degree is not None or any(is_measured(asked, one, only) for one in read)),
         is_seen_alone=is_seen_alone,
     )
 
@@ -303,16 +304,26 @@ def is_counted(part: Part) -> bool:
     return len(part.actions) == 1 and event_of(part.actions[0]) in COUNTED_EVENTS
 
 
-def _measured_limits(part: Part, only: Sequence[str]) -> set[str]:
-    """The upper limits and measures of a part that are measured, as a question says them."""
-    limits, said = set[str](), part.said or part.actions
-    if part.measure is not None and is_gauged(part, [only] if only else said):
-        limits.add(part.measure.say())
-    if part.most is not None and is_counted(part):
-        limits.add(say_count(0, part.most))
-    if part.longest is not None and said and lasts_going(part, said[0]):
-        limits.add(say_duration(0.0, part.longest))
+def _measured_limits(part: Part, only: Sequence[str]) -> tuple[set[str], set[str]]:
+    """The upper limits and measures of a part that are measured, and that are not, as said."""
+    limits: tuple[set[str], set[str]] = (set(), set())
+    said = part.said or part.actions
+    if part.measure is not None:
+        is_measured = is_gauged(part, [only] if only else said)
+        limits[not is_measured].add(part.measure.say())
+    if part.most is not None:
+        limits[not is_counted(part)].add(say_count(0, part.most))
+    if part.longest is not None:
+        lasts = bool(said) and lasts_going(part, said[0])
+        limits[not lasts].add(say_duration(0.0, part.longest))
     return limits
+
+
+def _with_unseen(reading: Reading, postures: Collection[tuple[str, ...]]) -> Reading:
+    """A reading whose excluded postures are looked for in the motion alone."""
+    unseen = tuple(e for e in reading.exclusions if not set(e.actions).isdisjoint(postures))
+    kept = tuple(e for e in reading.exclusions if e not in unseen)
+    return replace(reading, exclusions=kept, unseen=unseen) if unseen else reading
 
 
 def only_action(sentence: Sentence) -> tuple[str, ...]:
@@ -375,13 +386,17 @@ def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> b
     """Whether a reading, or the only action of a question, names what is measured."""
     if any(map(measured_words, _compared(asked, reading, only))):
         return True
-    return any(map(excluded_event, reading.exclusions)) or any(
-        is_repeated(part)
-        or part.is_seen
-        or is_gauged(part, actions_of_part(asked, part, only))
-        or any(lasts_going(part, action) for action in actions_of_part(asked, part, only))
-        or any({*action} <= STANDING or is_posture_alone(action) for action in part.said)
-        for part in reading.parts
+    return (
+        bool(reading.unseen)
+        or any(map(excluded_event, reading.exclusions))
+        or any(
+            is_repeated(part)
+            or part.is_seen
+            or is_gauged(part, actions_of_part(asked, part, only))
+            or any(lasts_going(part, action) for action in actions_of_part(asked, part, only))
+            or any({*action} <= STANDING or is_posture_alone(action) for action in part.said)
+            for part in reading.parts
+        )
     )
 
 
@@ -411,13 +426,11 @@ def unmeasured_words(
 ) -> tuple[str, ...]:
     """The words of a question that other questions measure and this one does not.
 
-    Those of alternatives, and of several actions if no caption holds them. `tree`: That of the
-    question with its unknown words; `read`: Its readings, in known words.
+    Those of several actions if no caption holds them. `tree`: That of the question with its
+    unknown words; `read`: Its readings, in known words.
     """
     actions = [_as_measured(asked, action.words) for action in actions_of(tree)]
     compared = [action for reading in read for action in _compared(asked, reading, only)]
-    if len(read) > 1:
-        actions, compared = actions + compared, []
     left = set().union(*map(measured_words, actions)).difference(*map(measured_words, compared))
     return tuple(dict.fromkeys(word for action in actions for word in action if word in left))
 

@@ -27,11 +27,12 @@ from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.word_evidence import upper_bounds
 from motiondb.records import Match
 from motiondb.search import placing, reasons
-from motiondb.search.asked_words import WrittenWord, words_of_reading
+from motiondb.search.asked_words import AskedWords, WrittenWord, words_of_reading
 from motiondb.search.asking import AskedQuestion
 from motiondb.search.chances import (
     LIKELY,
     NOTHING,
+    Chances,
     Found,
     WordSource,
     best_strength,
@@ -251,12 +252,18 @@ def search_words(
     n_judged = (
         MEASURED if question.is_measured else ORDERS_LOOKED_AT if question.is_order else LOOKED_AT
     )
-    n_judged = SEEN_ALONE if question.is_wordless else n_judged
     is_told = not question.is_silent
-    certain = partial(chances, asked, read, is_told)
-    best = _find(question, allowed, max(limit, n_judged), read)
-    found = [Found(*each, certain) for each in best]
-    judged = found[:n_judged]
+    # measured, an answer may show another reading than the words say it shows best
+    apart = [(one,) for one in read] if question.is_measured else [read]
+    is_any_of = len(apart) > 1 and all(map(is_one_action, read))
+    certain = partial(_chances_alone if is_any_of else chances, asked, read, is_told)
+    found, rest = list[Found](), list[Found]()
+    for n, some in enumerate(apart):
+        n_looked_at = SEEN_ALONE if question.is_wordless(some) else n_judged
+        best = _find(question, allowed, max(limit, n_looked_at), some)
+        of_it = [Found(c, replace(hit, reading=n + hit.reading), certain) for c, hit in best]
+        found, rest = found + of_it[:n_looked_at], rest + of_it[n_looked_at:]
+    judged = sorted(found, key=lambda one: (-one.hit.log_odds, one.capture))
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     sure = learned.word_certainty
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
@@ -270,7 +277,9 @@ def search_words(
     contradicts = cache(partial(_is_surely_against, question, frames))
     judge = Judged(judged, place, is_checked, contradicts, shown_alone, sign)
     first = judge.first(limit)
-    shown = [*first, *found[n_judged:]][:limit]
+    beyond = {each.capture: each for each in sorted(rest, key=lambda one: one.hit.log_odds)}
+    left = [beyond[c] for c in reversed(beyond) if c not in {each.capture for each in first}]
+    shown = [*first, *left][:limit]
     once = tuple(map(without_amounts, read))  # how often and how long was never measured
     n_usual = 1 if len(once) == 1 and is_one_action(once[0]) else n_judged  # the best is enough
     usual = [] if once == read else [hit for _, hit in _find(question, allowed, n_usual, once)]
@@ -318,6 +327,13 @@ def _find(
     )
 
 
+def _chances_alone(
+    asked: AskedWords, read: Sequence[Reading], is_told: bool, capture: int, hit: QuestionHit
+) -> Chances:
+    """Certainty of an answer to one of several readings, as if that alone was asked."""
+    return chances(asked, (read[hit.reading],), is_told, capture, replace(hit, reading=0))
+
+
 def _requested(hits: Sequence[QuestionHit]) -> list[tuple[int, ...]]:
     """The actions of which every reading of some answers asks for each; none where it excludes."""
     each = [dict.fromkeys(s.words for s in hit.statements) for hit in hits]
@@ -348,8 +364,8 @@ def _place(question: AskedQuestion, answer: Found, frames: Frames | None) -> pla
     if frames is not None:
         seen = frames.of(asked.learned, capture)
         placed = placing.refine_places(asked, seen, reading, places)
-        if len(question.readings) == 1:
-            placed = compare_with_motion(question, seen, placed)
+        if question.is_measured or len(question.readings) == 1:
+            placed = compare_with_motion(question, seen, placed, answer.hit.reading)
     return placing.sure_of_whole(placed, asked.learned.captures[capture].motion_frames)
 
 
@@ -357,7 +373,8 @@ def _is_surely_against(question: AskedQuestion, frames: Frames | None, answer: F
     """Whether a capture contradicts a question as measured, wherever it may show it."""
     if frames is None or not question.is_measured:
         return False
-    return is_surely_against(question, frames.of(question.asked.learned, answer.capture))
+    seen = frames.of(question.asked.learned, answer.capture)
+    return is_surely_against(question, seen, answer.hit.reading)
 
 
 def as_understood(question: AskedQuestion) -> WordAnswer:

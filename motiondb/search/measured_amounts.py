@@ -25,17 +25,10 @@ from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, runs
 from motiondb.language.question.amounts import Measure
 from motiondb.language.question.readings import Part
 from motiondb.language.question.tree import SIDES
+from motiondb.language.vocabulary import TRAVELS
 from motiondb.meaning.degrees import Degree
 from motiondb.meaning.occurrences import FLIGHTS
-from motiondb.meaning.travelled import (
-    GOING,
-    TRAVELS,
-    lasting_turns,
-    means_of,
-    steady_speed,
-    turning,
-    ways,
-)
+from motiondb.meaning.travelled import GOING, lasting_turns, means_of, steady_speed, turning, ways
 from motiondb.records import FloatArray
 from motiondb.search.placing import PartPlace, unsure
 from motiondb.search.seen_frames import SeenFrames

@@ -21,8 +21,9 @@ follow.
 A word that a caption of the capture says of the same action is believed, unless the take goes in
 the direction only where the action cannot be, before or after other actions of the question. In a
 question of one action, requested words that no caption of the database holds are measured too.
-Alternatives ("or", and "and", which is at once or in order) are not measured; answers to what is
-not measured have no probability (:func:`motiondb.search.asking.unmeasured_words`).
+Of alternatives ("or", and "and", which is at once or in order) every reading is measured by itself.
+Answers to what is not measured have no probability
+(:func:`motiondb.search.asking.unmeasured_words`).
 """
 
 from __future__ import annotations
@@ -92,11 +93,15 @@ RESTS = 1.0  # Seconds for which somebody who does not move must at least be sti
 AT_ONCE = 60  # Frames (2 s) between events that belong together
 
 
-def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Placed) -> Placed:
-    """Places with what the motion contradicts; parts go where it shows what they ask for."""
-    (reading,) = question.readings
+def compare_with_motion(
+    question: AskedQuestion, seen: SeenFrames, placed: Placed, n: int = 0
+) -> Placed:
+    """Places of a reading with what the motion contradicts.
+
+    Parts go where it shows what they ask for.
+    """
+    reading, actions_of = question.readings[n], question.compared[n]
     places, contradicted, gauged, unclear = list(placed.parts), list[str](), list[str](), False
-    actions_of = question.compared
     for k, part in enumerate(reading.parts):
         is_next = k + 1 < len(places) and bool(reading.parts[k + 1].actions)
         room = slice(
@@ -104,7 +109,7 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
             places[k + 1].start // FEATURE_STEP if is_next else seen.n_frames,
         )
         places[k], against, is_whole = _at_events(
-            question, seen, part, actions_of[k], places[k], room
+            question, seen, part, actions_of[k], places[k], room, reading.exclusions
         )
         contradicted += against
         unclear = unclear or not is_whole
@@ -120,7 +125,7 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
         if part.measure is not None and is_gauged(part, actions_of[k]):
             places[k], against, told = gauge(seen, part.measure, actions_of[k][0], places[k], room)
             contradicted, gauged = [*contradicted, *against], [*gauged, *told]
-    for exclusion in reading.exclusions:
+    for exclusion in (*reading.exclusions, *reading.unseen):
         for k in range(exclusion.first, exclusion.last):
             if excluded_event(exclusion) == "move" and not actions_of[k]:
                 places[k], against = _unmoved(seen, places[k])
@@ -145,15 +150,12 @@ def compare_with_motion(question: AskedQuestion, seen: SeenFrames, placed: Place
     )
 
 
-def is_surely_against(question: AskedQuestion, seen: SeenFrames) -> bool:
-    """Whether a take contradicts a question as measured, wherever its parts may be.
+def is_surely_against(question: AskedQuestion, seen: SeenFrames, n: int = 0) -> bool:
+    """Whether a take contradicts a reading of a question as measured, wherever its parts may be.
 
     Then it need not be placed to be told from an answer.
     """
-    if len(question.readings) != 1:
-        return False
-    (reading,) = question.readings
-    for part, actions in zip(reading.parts, question.compared):
+    for part, actions in zip(question.readings[n].parts, question.compared[n]):
         event = _counted_event(part, actions)
         if event and is_repeated(part) and len(seen.events(event)) < part.least:
             return True
@@ -280,6 +282,7 @@ def _at_events(
     actions: Sequence[Sequence[str]],
     place: PartPlace,
     room: slice,
+    exclusions: Sequence[Exclusion],
 ) -> tuple[PartPlace, list[str], bool]:
     """The place of a part where its event occurs, and what speaks against how often it does.
 
@@ -321,7 +324,7 @@ def _at_events(
         return 0.0 if evidence is None else float(evidence[first : behind + 1].mean())
 
     best = max(groups if place.unknown or not inside else inside, key=strength)
-    if any(exclusion.later for exclusion in question.readings[0].exclusions):
+    if any(exclusion.later for exclusion in exclusions):
         best = groups[-1]
     first, behind = best[0][0], best[-1][1]
     common = min(behind, place.end) - max(first, place.start)

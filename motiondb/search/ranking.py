@@ -75,6 +75,8 @@ class Judged:
         while waiting and len(first) < limit:
             *_, n, look = heapq.heappop(waiting)
             answer = self.answers[n]
+            if answer.capture in {each.capture for each in first}:
+                continue  # of the readings of a question, the one that it shows best
             if look == 2:
                 first.append(answer)
             else:  # by as little as tells it from the others

@@ -26,11 +26,10 @@ from itertools import pairwise
 
 from motiondb.language.question.readings import Part, Reading
 from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import MODIFIERS
+from motiondb.language.vocabulary import MODIFIERS, TRAVELS
 from motiondb.learn.checking import LEAST_CHECKING
 from motiondb.meaning.limb_sides import LEGS, limb_held
 from motiondb.meaning.occurrences import posture_of
-from motiondb.meaning.travelled import TRAVELS
 from motiondb.search.asked_words import AskedWords
 
 STANDING = frozenset(("stand", "sit", "still"))

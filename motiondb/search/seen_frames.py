@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.errors import StoreError
-from motiondb.language.vocabulary import IN_PLACE
+from motiondb.language.vocabulary import IN_PLACE, TRAVELS
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import LIMB_COLUMNS, FramePool
 from motiondb.meaning.edge_map import averaged, frame_cues
@@ -27,7 +27,6 @@ from motiondb.meaning.occurrences import (
 )
 from motiondb.meaning.travelled import (
     REST,
-    TRAVELS,
     furthest,
     largest_part,
     longest_going,

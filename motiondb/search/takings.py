@@ -36,7 +36,7 @@ from motiondb.language.question.heads import missing_heads, verbs_in
 from motiondb.language.question.parse import parse_tokens
 from motiondb.language.question.readings import KnownQuestion, hold_to_known
 from motiondb.language.question.tokens import Token, tokenize
-from motiondb.language.question.tree import AnyOf, Both, NotUsed, Question, actions_of, walk
+from motiondb.language.question.tree import Action, NotUsed, Question, Without, actions_of, walk
 from motiondb.language.requests import without_request
 from motiondb.language.vocabulary import (
     MODIFIERS,
@@ -282,21 +282,26 @@ class Sentence:
 
     @cached_property
     def seen(self) -> frozenset[tuple[str, ...]]:
-        """Its postures that are measured alone: those of several actions, or in unknown words.
+        """Its postures that are measured alone: those of several actions, or in unknown words."""
+        actions = actions_of(self.parsed.tree)
+        return self._postures(actions, len(actions) > 1)
 
-        Nothing is measured where the question has several readings.
-        """
-        tree = self.parsed.tree
-        if any(isinstance(node, (AnyOf, Both)) for node in walk(tree)):
-            return frozenset()
-        actions = actions_of(tree)
+    @cached_property
+    def unseen(self) -> frozenset[tuple[str, ...]]:
+        """Its excluded postures in unknown words, which are looked for in the motion alone."""
+        every = [node for node in walk(self.parsed.tree) if isinstance(node, Without)]
+        excluded = [part for node in every for one in node.excluded for part in walk(one)]
+        return self._postures([part for part in excluded if isinstance(part, Action)], False)
+
+    def _postures(self, actions: Sequence[Action], is_known: bool) -> frozenset[tuple[str, ...]]:
+        """The actions that are postures alone; those of known words only if `is_known`."""
         said = self.known & OF_POSTURES - {"still"}
         return frozenset(
             action.words
             for action in actions
             if is_posture_alone(action.words)
             and not action.manner
-            and (len(actions) > 1 or said.isdisjoint(action.words))
+            and (is_known or said.isdisjoint(action.words))
         )
 
     def in_known_words(self, added: Mapping[str, int], is_seen: bool = True) -> KnownQuestion:
@@ -307,7 +312,7 @@ class Sentence:
         association = self.learned.association
         counted = zip(association.words, association.counts)
         counts = {word: int(count) for word, count in counted if count > 0} | dict(added)
-        return hold_to_known(self.parsed, counts, self.seen if is_seen else ())
+        return hold_to_known(self.parsed, counts, self.seen | self.unseen if is_seen else ())
 
 
 def sentence_of(learned: Learned, text: str) -> Sentence:
@@ -346,7 +351,7 @@ def unknown_words(
     words of similar spelling are suggested for those that are not English. `by_meaning`: Whether
     words that are not replaced are heard by their meaning.
     """
-    seen = set[str]().union(*sentence.seen)
+    seen = set[str]().union(*sentence.seen, *sentence.unseen)
     found = find_takings(sentence, table, added)
     takings = {word: taking for word, taking in found.items() if word not in seen}
     if not is_replaced:
@@ -454,7 +459,8 @@ def not_understood(sentence: Sentence, added: Collection[str] = ()) -> tuple[str
     `added`: words that are known to the question although they were not learned: those that are
     written somewhere, and those that known words replace.
     """
-    known, written = sentence.known.union(added, *sentence.seen), sentence.forms
+    measured = sentence.seen | sentence.unseen
+    known, written = sentence.known.union(added, *measured), sentence.forms
     if known.issuperset(written):
         return ()
     missing = missing_heads(sentence.parsed.tree, sentence.verbs, known)

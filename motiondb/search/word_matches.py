@@ -33,6 +33,7 @@ def to_match(
     is_silent = bool(question.unmeasured or question.missing or question.left or question.apart)
     is_silent = is_silent or bool(question.not_used) or question.degree is not None
     is_silent = is_silent or any(part.is_seen or part.measure for part in reading.parts)
+    is_silent = is_silent or bool(reading.unseen)
     parts = []
     for words, place in zip(_part_words(reading), places):
         is_known = not is_silent and others.isdisjoint(words.split())

@@ -254,7 +254,34 @@ def test_ways_speeds_and_steps_are_measured_where_the_action_goes(db: motiondb.M
         assert not answer.not_used
         assert f"{unit or 'steps'}" in answer.matches[0].reason.split("measured: ")[1]
     assert [left.text for left in db.search("kick 90 degrees").not_used] == ["90 degrees"]
-    assert [left.text for left in db.search("walk 3 m or run").not_used] == ["3 m"]
+    assert [left.text for left in db.search("kick 3 m or walk 3 m").not_used] == ["3 m"]
+
+
+def test_every_alternative_is_measured_by_itself(db: motiondb.MotionDB) -> None:
+    answer = db.search("turn left or turn right", limit=30)
+    assert not answer.unmeasured
+    captures = [match.capture for match in answer.matches]
+    assert len(set(captures)) == len(captures)
+    sides = {"left": 1.0, "right": -1.0}
+    free = [match for match in answer.matches if not match.contradicted]
+    for match in free:
+        inside = slice(round(match.start * 30), round(match.end * 30))
+        side = match.parts[0].words.split()[1]
+        assert sides[side] * track_of(db, match.capture)[inside, 3].sum() > 0.0
+    assert {match.parts[0].words for match in free} == {"turn left", "turn right"}
+    alone = {m.capture: m.probability for m in db.search("turn left", limit=30).matches}
+    for match in free:
+        if match.parts[0].words == "turn left":
+            assert match.probability == alone[match.capture]
+
+
+def test_an_excluded_posture_in_unknown_words_is_measured(db: motiondb.MotionDB) -> None:
+    answer = db.search("walk without kneeling", limit=20)
+    assert not answer.not_used
+    kneels = [bool(find_occurrences(track_of(db, m.capture), "kneel")) for m in answer.matches]
+    against = [any("kneel" in words for words in m.contradicted) for m in answer.matches]
+    assert not any(one and not knelt for one, knelt in zip(against, kneels))
+    assert {match.probability for match in answer.matches} == {None}
 
 
 @pytest.mark.parametrize(

@@ -18,7 +18,8 @@ the grammar:
   simultaneous.
 * A piece of directions, limbs, manners or amounts alone belongs to the action before it ("walk
   forward and backward", "walk, twice"); after "or" and "then" the action is repeated ("turn left
-  or right" is turn left or turn right).
+  or right" is turn left or turn right). Ways of travelling share what stands behind the last
+  ("walk or run backward").
 * "not", "without" exclude from the piece before them; "but not" and ", not" from everything before
   them, and at the beginning of a question from everything after them; after "then" and "or" an
   exclusion is a separate part. An exclusion ends at "and", "while", "then" and commas, but lists
@@ -51,6 +52,7 @@ from motiondb.language.question.tree import (
     Repeated,
     Without,
     actions_of,
+    any_of,
     at_once,
     attach,
     drop_empty,
@@ -82,7 +84,7 @@ class Chain:
             self.waiting = []
         listed = separator == "comma" and self.list_start < len(self.parts)
         if closing == "or" and listed:
-            self.parts[self.list_start :] = [join(AnyOf, [*self.parts[self.list_start :], node])]
+            self.parts[self.list_start :] = [any_of([*self.parts[self.list_start :], node])]
             return
         if not listed:
             self.list_start = len(self.parts)
@@ -448,7 +450,7 @@ class _Parser:
             else:
                 closing = "or"
             nodes.append(other)
-        return (join(AnyOf, nodes) if nodes else None), closing
+        return (any_of(nodes) if nodes else None), closing
 
     def both(self) -> tuple[Node | None, str]:
         """Parts joined by "and"; and the connective that could close a list."""

@@ -100,6 +100,7 @@ class Reading:
 
     parts: tuple[Part, ...]
     exclusions: tuple[Exclusion, ...] = ()
+    unseen: tuple[Exclusion, ...] = ()  # Postures that must not be seen, which are not searched
 
 
 def readings(tree: Node) -> tuple[tuple[Reading, ...], tuple[NotUsed, ...]]:
@@ -242,10 +243,7 @@ def _excluded(node: Node, not_used: list[NotUsed]) -> list[tuple[tuple[str, ...]
 
 _NOT_EXCLUDED = "exclusions apply in any order, number and duration"
 _UNCHECKED = "it cannot be checked"
-_UNMEASURED = (
-    "measured are the angles of turns, and the way, speed and steps of who goes or jumps, of one "
-    "action at a time"
-)
+_UNMEASURED = "measured are angles of turns, and ways, speeds and steps of who goes or jumps"
 
 
 def counted(reading: Reading, is_counted: Callable[[Part], bool]) -> Reading:
@@ -274,10 +272,12 @@ def counted(reading: Reading, is_counted: Callable[[Part], bool]) -> Reading:
         )
         for k, after in zip(kept, [*kept[1:], len(reading.parts)])
     )
-    exclusions = tuple(
-        replace(e, first=number[e.first], last=number[e.last - 1] + 1) for e in reading.exclusions
-    )
-    return Reading(parts, tuple(dict.fromkeys(exclusions)))
+
+    def moved(exclusions: Sequence[Exclusion]) -> tuple[Exclusion, ...]:
+        now = (replace(e, first=number[e.first], last=number[e.last - 1] + 1) for e in exclusions)
+        return tuple(dict.fromkeys(now))
+
+    return Reading(parts, moved(reading.exclusions), moved(reading.unseen))
 
 
 def _repeat(reading: Reading, times: int, most: int | None) -> Reading:
@@ -313,9 +313,8 @@ def _lasting(reading: Reading, node: Lasting, not_used: list[NotUsed]) -> Readin
 
 def _measured(reading: Reading, measure: Measure) -> Reading:
     """A reading whose single part is as far or as fast as measured."""
-    if len(reading.parts) > 1:
-        return reading
-    return replace(reading, parts=(replace(reading.parts[0], measure=measure),))
+    first, *more = reading.parts
+    return reading if more else replace(reading, parts=(replace(first, measure=measure),))
 
 
 def _refuse(what: str, number: int, most: int) -> NoReturn:

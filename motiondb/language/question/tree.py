@@ -27,7 +27,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from motiondb.language.question.amounts import Measure
-from motiondb.language.vocabulary import MODIFIERS
+from motiondb.language.vocabulary import IN_A_CIRCLE, IN_PLACE, MODIFIERS, TRAVELS
 
 SIDES = frozenset(("left", "right", "both"))
 _LIMBS_TEXT = """
@@ -35,6 +35,8 @@ arm hand fist wrist elbow shoulder finger thumb palm leg foot knee hip ankle toe
 """
 LIMBS = frozenset(_LIMBS_TEXT.split())
 """Parts of the body of which there are a left and a right one."""
+SHARED_WAYS = frozenset(("forward", "backward", "back", "sideways", IN_PLACE, IN_A_CIRCLE))
+"""Directions that ways of travelling share: "walk or run backward"."""
 
 
 @dataclass(frozen=True)
@@ -302,6 +304,33 @@ def share_limb(before: Node, bare: Node) -> Node:
     if shared and added.words[1] in LIMBS:
         return replace(before, words=(*before.words, added.words[1]))
     return before
+
+
+def any_of(nodes: Sequence[Node]) -> Node:
+    """Alternatives; ways of travelling share the direction and manner behind the last of them.
+
+    >>> walk, run, turn = Action(("walk",)), Action(("run", "backward")), Action(("turn", "left"))
+    >>> [node.words for node in any_of([walk, run]).parts]
+    [('walk', 'backward'), ('run', 'backward')]
+    >>> any_of([walk, turn]) == AnyOf((walk, turn))
+    True
+    """
+    joined = join(AnyOf, nodes)
+    last = joined.parts[-1] if isinstance(joined, AnyOf) else joined
+    if not isinstance(joined, AnyOf) or not isinstance(last, Action) or not last.words:
+        return joined
+    verb, *way = last.words
+    if verb not in TRAVELS or not SHARED_WAYS.issuperset(way):
+        return joined
+
+    def shared(node: Node) -> Node:
+        if not isinstance(node, Action) or node.manner or len(node.words) != 1:
+            return node
+        if node.words[0] not in TRAVELS:
+            return node
+        return Action((*node.words, *way), last.manner)
+
+    return AnyOf(tuple(map(shared, joined.parts)))
 
 
 def drop_empty(node: Node) -> tuple[Node | None, list[Node]]:
