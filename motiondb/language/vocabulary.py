@@ -158,6 +158,14 @@ _PHRASES = (
     ),
     (
         re.compile(
+            r"\b((?:walk|run|jog|sprint|idle|crawl|skip|hop|march|danc|limp)\w*)\s+(?:cycle|loop)s?\b",
+            re.IGNORECASE,
+        ),
+        r"\1",
+    ),
+    (re.compile(r"\b(?:one|single)[-\s](leg|foot)(?:ged|ed)\b", re.IGNORECASE), rf"{SINGLE} \1"),
+    (
+        re.compile(
             r"\b(?:high\s+)?(?:above|over)\s+(?:(?:the|his|her|their|its|your|my|one's)\s+)?heads?\b"
             r"|\b(?<=arms\s)in\s+the\s+air\b|\b(?<=hands\s)in\s+the\s+air\b",
             re.IGNORECASE,

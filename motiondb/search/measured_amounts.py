@@ -24,7 +24,6 @@ import numpy as np
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, runs
 from motiondb.language.question.amounts import Measure
 from motiondb.language.question.readings import Part
-from motiondb.language.question.tree import SIDES
 from motiondb.language.vocabulary import TRAVELS
 from motiondb.meaning.degrees import Degree
 from motiondb.meaning.occurrences import FLIGHTS
@@ -54,7 +53,7 @@ def is_gauged(part: Part, actions: Sequence[Sequence[str]]) -> bool:
     (action,) = actions
     travels, jumps = not TRAVELS.isdisjoint(action), not set(FLIGHTS).isdisjoint(action)
     return {
-        "angle": bool(turning(action)) or (travels and not SIDES.isdisjoint(action)),
+        "angle": bool(turning(action)) or travels,
         "way": travels or jumps,
         "speed": travels and not jumps,
         "steps": travels and not jumps,

@@ -114,6 +114,8 @@ def searched_together(
         return (first, *measured_later) if first.actions or first.said else (first, *later)
 
     changed = tuple(replace(reading, parts=parts(reading)) for reading in readings)
+    excluded = [action for one in readings for e in one.exclusions for action in e.actions]
+    left += [w for action in excluded if SIDES.isdisjoint(action) for w in _free(action)]
     return Searched(changed, tuple(dict.fromkeys(apart)), tuple(dict.fromkeys(left)))
 
 
@@ -170,7 +172,12 @@ def _free_limbs(action: Sequence[str]) -> set[str]:
     ({'arm'}, set())
     """
     heads = {*action} - MODIFIERS - GENERAL
-    if not heads or posture_of(action) or limb_held(action):
+    return _free(action) if heads else set()
+
+
+def _free(action: Sequence[str]) -> set[str]:
+    """The limbs of an action that neither its verb says nor a posture."""
+    if posture_of(action) or limb_held(action):
         return set()
     return set(LIMBS.intersection(action)) - _implied(action)
 

@@ -275,6 +275,14 @@ def test_every_alternative_is_measured_by_itself(db: motiondb.MotionDB) -> None:
             assert match.probability == alone[match.capture]
 
 
+def test_an_excluded_limb_that_is_not_measured_leaves_no_probability(
+    db: motiondb.MotionDB,
+) -> None:
+    answer = db.search("walk without moving the arms", limit=5)
+    assert {match.probability for match in answer.matches} == {None}
+    assert db.search("walk without waving", limit=5).matches[0].probability is not None
+
+
 def test_an_excluded_posture_in_unknown_words_is_measured(db: motiondb.MotionDB) -> None:
     answer = db.search("walk without kneeling", limit=20)
     assert not answer.not_used

@@ -89,12 +89,12 @@ _COUNT_PATTERN = rf"""
     |(?<!\w)[x×]\s?(?P<after>[0-9]{{1,6}})\b
 """
 
-_TURNS = r"(?:turns?|spins?|rotations?|revolutions?|circles?)"
+_TURNS = r"(?:turns?|spins?|rotations?|revolutions?)"
 _TURNED = rf"(?:(?:left|right)\s+)?{_TURNS}"
 _MEASURE_PATTERN = rf"""
     (?:\b(?:by|through|at|for)\s+)?(?:\b(?:{_COUNT_LIMIT})\s+)?
-    (?:(?:an?\s+|one\s+)?(?P<part>full|whole|complete|half|quarter)(?:\s+(?:of\s+)?an?)?
-        [\s-]+(?={_TURNS}\b)
+    (?:(?:(?:in|along)\s+)?(?:an?\s+|one\s+)?(?P<part>full|whole|complete|half|quarter)
+        (?:\s+(?:of\s+)?an?)?[\s-]+(?:circles?\b|(?={_TURNS}\b))
       |(?P<round>(?:90|270)(?=[\s-]+{_TURNED}\b)
           |(?:180|360|540|720)(?=[\s-]+{_TURNED}\b|\s*(?:[,.;]|$)|\s+(?:and|then|left|right)\b))
       |(?P<low>{NUMBER})(?:{_RANGE}(?P<high>{NUMBER}))?[\s-]*

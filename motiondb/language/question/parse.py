@@ -19,7 +19,7 @@ the grammar:
 * A piece of directions, limbs, manners or amounts alone belongs to the action before it ("walk
   forward and backward", "walk, twice"); after "or" and "then" the action is repeated ("turn left
   or right" is turn left or turn right). Ways of travelling share what stands behind the last
-  ("walk or run backward").
+  ("walk or run backward", but not "walk, or run backward").
 * "not", "without" exclude from the piece before them; "but not" and ", not" from everything before
   them, and at the beginning of a question from everything after them; after "then" and "or" an
   exclusion is a separate part. An exclusion ends at "and", "while", "then" and commas, but lists
@@ -438,8 +438,9 @@ class _Parser:
         """Parts joined by "or"; and the connective that could close a list."""
         self.take("either")
         node, closing = self.both()
-        nodes = [] if node is None else [node]
-        while self.take("or"):
+        nodes, together_said = [] if node is None else [node], True
+        while token := self.take("or"):
+            together_said = together_said and not token.words
             self.take("either")
             other, _ = self.both()
             if other is None:
@@ -450,7 +451,9 @@ class _Parser:
             else:
                 closing = "or"
             nodes.append(other)
-        return (any_of(nodes) if nodes else None), closing
+        if len(nodes) < 2:
+            return (nodes[0] if nodes else None), closing
+        return any_of(nodes) if together_said else join(AnyOf, nodes), closing
 
     def both(self) -> tuple[Node | None, str]:
         """Parts joined by "and"; and the connective that could close a list."""

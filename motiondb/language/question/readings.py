@@ -48,6 +48,7 @@ from motiondb.language.question.tree import (
     Question,
     Repeated,
     Without,
+    any_of,
     join,
     walk,
     without,
@@ -482,11 +483,11 @@ def say(node: Node) -> str:
         case InOrder(parts):
             return ", then ".join(_inside(part) for part in parts)
         case AtOnce(parts):
-            return " while ".join(_inside(part) for part in parts)
+            return " while ".join(map(_inside, parts))
         case Both(parts):
             return " and ".join(_inside(part) for part in parts)
         case AnyOf(parts):
-            return " or ".join(_inside(part) for part in parts)
+            return (" or " if any_of(parts) == node else ", or ").join(map(_inside, parts))
         case Without(part, excluded, later):
             kept = [] if isinstance(part, Anything) else [_before_exclusion(part)]
             said = ", ".join([*kept, *(f"not {_inside(one)}" for one in excluded)])
