@@ -14,6 +14,7 @@ from motiondb.language.question.amounts import adverb_of
 from motiondb.language.question.readings import say_duration
 from motiondb.language.question.tree import NotUsed
 from motiondb.learn.learned import Learned
+from motiondb.meaning.amounts import amounts_of, is_gauged, outside, say_amount
 from motiondb.meaning.direction import FULLY, gone, say_measured
 from motiondb.meaning.occurrences import FLIGHTS, KICKED, find_occurrences
 from motiondb.meaning.place_certainty import count_performers, cues_of
@@ -70,6 +71,8 @@ def report_excerpt(
         why = "whole repetitions" if action.times is not None else "whole performances"
         left.append(NotUsed(text, f"{why} last {seconds:.1f} s"))
     left += held_otherwise(action, track)
+    gauged, not_met = gauged_otherwise(action, track)
+    done, left = done + gauged, left + not_met
     if action.speed:
         said, not_said = _report_speed(shown)
         done += said
@@ -90,6 +93,23 @@ def held_otherwise(action: PlannedAction, track: FloatArray) -> list[NotUsed]:
         text = say_duration(seconds.least, seconds.most)
         left.append(NotUsed(text, f"the posture is held for {longest:.1f} s"))
     return left
+
+
+def gauged_otherwise(action: PlannedAction, track: FloatArray) -> tuple[list[str], list[NotUsed]]:
+    """The angle, way, speed or steps of an action that were asked for, as measured, and if not."""
+    measure = action.measure
+    if measure is None:
+        return [], []
+    if not is_gauged(measure, action.words):
+        return [], [NotUsed(measure.say(), "it is measured of turns, ways and steps")]
+    found = [amount for amount, *_ in amounts_of(measure, action.words, track)]
+    if not found:
+        return [], [NotUsed(measure.say(), "nothing of it is measured in the motion")]
+    amount = min(found, key=lambda one: (max(outside(measure, one), 0.0), abs(one - measure.least)))
+    told = say_amount(measure, action.words, amount)
+    if outside(measure, amount) > 0.0:
+        return [], [NotUsed(measure.say(), f"it {told}")]
+    return [f"{measure.say()}: it {told}"], []
 
 
 def _is_within_count(count: float, times: Amount) -> bool:

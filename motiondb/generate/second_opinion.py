@@ -28,7 +28,7 @@ from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.body.retarget import motion_positions
 from motiondb.errors import QueryError
 from motiondb.generate.excerpt_motion import joint_speeds
-from motiondb.generate.excerpt_report import compare_speed, held_otherwise
+from motiondb.generate.excerpt_report import compare_speed, gauged_otherwise, held_otherwise
 from motiondb.generate.excerpts import counted_word, occurrences_each
 from motiondb.generate.material import Takes
 from motiondb.generate.motion_making import read_sentence
@@ -328,6 +328,8 @@ def _asked(
             done.append(f"{text}: {seconds:.1f} s")
         else:
             left.append(NotUsed(text, f"it lasts {seconds:.1f} s"))
+    gauged, not_met = gauged_otherwise(action, part)
+    done, left = done + gauged, left + not_met
     if action.speed:
         said, not_said = compare_speed(action.speed, "as it is", _speeds(seen, action, span))
         done, left = done + said, left + not_said

@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from motiondb.errors import QueryError
-from motiondb.language.question.amounts import SPEEDS
+from motiondb.language.question.amounts import SPEEDS, Measure
 from motiondb.language.question.readings import say, say_count, say_duration
 from motiondb.language.question.tree import (
     Action,
@@ -101,6 +101,7 @@ class PlannedAction:
     excluded: tuple[tuple[str, ...], ...] = ()  # Words of every action that must not be shown
     times: Amount | None = None
     seconds: Amount | None = None
+    measure: Measure | None = None  # How far, how fast or by which angle
     beside: tuple[str, ...] = ()  # Words of the actions that "and" joins with it
 
     @property
@@ -196,7 +197,9 @@ def _with_amount(
         case Lasting():
             return _lasting(actions, node, notes)
         case Measured():
-            notes.left.append(NotUsed(node.measure.say(), "no angle, way or speed can be set"))
+            if len(actions) == 1:
+                return [replace(actions[0], measure=node.measure)]
+            notes.left.append(NotUsed(node.measure.say(), "it is measured of one action"))
             return actions
 
 

@@ -62,7 +62,7 @@ from motiondb.search.asked_words import (
     without_words_apart,
     written_words_of,
 )
-from motiondb.search.measured_amounts import is_gauged
+from motiondb.search.measured_amounts import asks_amount
 from motiondb.search.said_together import LEAVING, STANDING, searched_together
 from motiondb.search.takings import (
     Sentence,
@@ -309,7 +309,7 @@ def _measured_limits(part: Part, only: Sequence[str]) -> tuple[set[str], set[str
     limits: tuple[set[str], set[str]] = (set(), set())
     said = part.said or part.actions
     if part.measure is not None:
-        is_measured = is_gauged(part, [only] if only else said)
+        is_measured = asks_amount(part, [only] if only else said)
         limits[not is_measured].add(part.measure.say())
     if part.most is not None:
         limits[not is_counted(part)].add(say_count(0, part.most))
@@ -392,7 +392,7 @@ def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> b
         or any(
             is_repeated(part)
             or part.is_seen
-            or is_gauged(part, actions_of_part(asked, part, only))
+            or asks_amount(part, actions_of_part(asked, part, only))
             or any(lasts_going(part, action) for action in actions_of_part(asked, part, only))
             or any({*action} <= STANDING or is_posture_alone(action) for action in part.said)
             for part in reading.parts

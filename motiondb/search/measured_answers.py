@@ -72,7 +72,7 @@ from motiondb.search.asking import (
     lasts_going,
     measured_words,
 )
-from motiondb.search.measured_amounts import gauge, is_gauged
+from motiondb.search.measured_amounts import asks_amount, gauge
 from motiondb.search.measured_postures import (
     held_inside,
     held_meanwhile,
@@ -122,7 +122,7 @@ def compare_with_motion(
                 )
                 contradicted += against
                 unclear = unclear or is_unclear
-        if part.measure is not None and is_gauged(part, actions_of[k]):
+        if part.measure is not None and asks_amount(part, actions_of[k]):
             places[k], against, told = gauge(seen, part.measure, actions_of[k][0], places[k], room)
             contradicted, gauged = [*contradicted, *against], [*gauged, *told]
     for exclusion in (*reading.exclusions, *reading.unseen):

@@ -11,6 +11,7 @@ import pytest
 import motiondb
 from motiondb import answers
 from motiondb.errors import NotLearnedError, QueryError
+from motiondb.meaning.occurrences import measured_track
 
 
 @pytest.fixture(scope="module")
@@ -69,6 +70,16 @@ def test_a_duration_is_that_of_the_part(db: motiondb.MotionDB) -> None:
     seconds = db.motion("ana/walk_1").duration
     assert db.judge("ana/walk_1", f"walk for {seconds:.0f} seconds").shown is True
     assert "it lasts" in db.judge("ana/walk_1", "walk for 60 seconds").reason
+
+
+def test_an_angle_is_measured_in_the_part(db: motiondb.MotionDB) -> None:
+    made = db.generate("turn left").motion
+    speeds = measured_track(made)[:, 3]
+    angle = float(np.degrees(speeds[speeds > 0.0].sum() / 30.0))
+    assert db.judge(made, f"turn left by {angle:.0f} degrees").shown is True
+    told = db.judge(made, "turn left by 700 degrees")
+    assert told.shown is None
+    assert "'700 degrees' is not met: it turns by" in told.reason
 
 
 def test_of_alternatives_the_best_one_counts(db: motiondb.MotionDB) -> None:
