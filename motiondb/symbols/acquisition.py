@@ -37,10 +37,11 @@ from motiondb.symbols.settings import AcquisitionSettings, RecutSettings
 from motiondb.symbols.spread import Captures, Frames, Spread, are_segments, as_spread, frames_of
 from motiondb.workers import trusted
 
-N_LIKELY = 12
+N_LIKELY = 16
 """Likeliest symbols under which a segment is scored again after a refit; all others keep the score
-that they had. By hand. On an hour of warped CMU captures (86 symbols), L was that of full scores
-with one seed, and smaller by 1.2e-4 of it with another; two seeds differ by 3e-3 of it."""
+that they had. By hand. Three seeds on an hour of warped CMU captures (86 symbols) gave the segments
+and L of twice to five times as many, two on 3 hours (148 symbols) an L within 2e-4 of theirs; two
+seeds differ by 3e-3 of it."""
 Progress = Callable[[str, float], None]
 
 
