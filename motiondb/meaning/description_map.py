@@ -56,6 +56,9 @@ ALPHA = 0.03  # Weight of the effective number of performers. Chosen with RIDGE
 MOST_CENTRES = 1000  # Largest number of kernels. Bounds the time of fitting;
 MOST_PARTS = 20
 """Largest number of parts of whole performers that the calibration leaves out. Bounds its time;"""
+MOST_CALIBRATED = 1000
+"""Largest number of intervals, at even distances, whose predictions give the two numbers of the
+calibration. Bounds its time, too."""
 JITTER = 1e-8
 """Added to the diagonal of the kernel matrix, which is singular where intervals repeat."""
 
@@ -109,6 +112,8 @@ def fit_description_map(
 
     Shapes: `vectors` (n, columns); `presence` (n, words); `groups` (n,).
     """
+    from scipy.linalg import solve_triangular
+
     numbers, sizes = np.unique(groups, return_inverse=True, return_counts=True)[1:]
     omega = np.asarray(sizes[numbers] ** -0.5, dtype=np.float64)
     omega /= omega.mean()
@@ -117,9 +122,9 @@ def fit_description_map(
     with one_blas_thread():  # sums of several threads differ in their last bits
         between = kernel(centres, centres) + JITTER * np.eye(len(centres))
         factor = np.linalg.cholesky(between)
-        columns = np.linalg.solve(factor, kernel(centres, vectors)).T
+        columns = solve_triangular(factor, kernel(centres, vectors), lower=True).T
         slopes, offsets = fit_ridge(columns, target, RIDGE, omega)
-        weights = np.linalg.solve(factor.T, slopes)
+        weights = solve_triangular(factor, slopes, lower=True, trans="T")
     prior = ALPHA * np.log(effective_performers(presence, groups))
     return DescriptionMap(centres, weights, offsets + prior)
 
@@ -144,6 +149,8 @@ def fit_description_calibration(
 
     Shapes: `vectors` (n, columns); `presence` (n, words); `groups` (n,).
     """
+    some = np.linspace(0, len(vectors) - 1, min(len(vectors), MOST_CALIBRATED)).astype(np.int64)
+    vectors, presence, groups = vectors[some], presence[some], groups[some]
     among = np.unique(groups, return_inverse=True)[1]
     if not among.any():  # the map itself keeps the one performer
         among = np.arange(len(vectors)) % 5

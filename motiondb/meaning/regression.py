@@ -166,6 +166,11 @@ class Regression:
         centred = self.roots * (target - mean)
         return Fitted(self, mean, self.inverse @ (self.rows[:].T @ centred), centred)
 
+    def apart(self, which: slice) -> FloatArray | None:
+        """I - H of some rows, which no target changes; None where a smaller system is solved."""
+        rows = self.rows[which]
+        return None if len(rows) > rows.shape[1] else without_share(rows, self.inverse)
+
     def centred(self, target: MadeRows, mean: FloatArray) -> MadeRows:
         """Targets less their mean, times the roots of the weights."""
 
@@ -185,10 +190,13 @@ class Fitted:
     slopes: FloatArray  # (columns, words)
     centred: FloatArray | MadeRows  # (n, words): targets less their mean, times the roots
 
-    def of_others(self, which: IntArray | slice) -> FloatArray:
-        """Predictions for some rows by the regression without them, centred, times the roots."""
+    def of_others(self, which: IntArray | slice, apart: FloatArray | None = None) -> FloatArray:
+        """Predictions for some rows by the regression without them, centred, times the roots.
+
+        `apart`: What :meth:`Regression.apart` gave for them.
+        """
         centred = self.centred[which]
-        return centred - self._errors(self.regression.rows[which], centred)
+        return centred - self._errors(self.regression.rows[which], centred, apart)
 
     def without(self, which: IntArray | slice) -> FloatArray:
         """Slopes (columns, words) without some rows; the means stay those of all rows."""
@@ -196,9 +204,11 @@ class Fitted:
         back = rows.T @ self._errors(rows, self.centred[which])
         return np.asarray(self.slopes - self.regression.inverse @ back)
 
-    def _errors(self, rows: FloatArray, centred: FloatArray) -> FloatArray:
+    def _errors(
+        self, rows: FloatArray, centred: FloatArray, apart: FloatArray | None = None
+    ) -> FloatArray:
         gram, inverse = self.regression.gram, self.regression.inverse
-        return residuals_without(rows, gram, inverse, centred - rows @ self.slopes)
+        return residuals_without(rows, gram, inverse, centred - rows @ self.slopes, apart)
 
 
 def prepare(
@@ -217,18 +227,29 @@ def prepare(
     return Regression(rows, roots, np.asarray(centre), gram, inverse)
 
 
+def without_share(rows: FloatArray, inverse: FloatArray) -> FloatArray:
+    """I - H of the module's docstring: array (n, n); `rows` (n, columns)."""
+    return np.asarray(np.eye(len(rows)) - rows @ inverse @ rows.T)
+
+
 def residuals_without(
-    rows: FloatArray, gram: FloatArray, inverse: FloatArray, residuals: FloatArray
+    rows: FloatArray,
+    gram: FloatArray,
+    inverse: FloatArray,
+    residuals: FloatArray,
+    apart: FloatArray | None = None,
 ) -> FloatArray:
     """Residuals of rows by the regression without them, from those with all rows: (n, words).
 
     Shapes: `rows` (n, columns); `gram`, `inverse` (columns, columns); `residuals` (n, words).
+
+    `apart`: I - H of the rows, where it is known.
     """
     if len(rows) > rows.shape[1]:  # the smaller system
         back = np.linalg.solve(gram - rows.T @ rows, rows.T @ residuals)
         return np.asarray(residuals + rows @ back)
-    block = rows @ inverse @ rows.T
-    return np.asarray(np.linalg.solve(np.eye(len(rows)) - block, residuals))
+    apart = without_share(rows, inverse) if apart is None else apart
+    return np.asarray(np.linalg.solve(apart, residuals))
 
 
 def shared_words(presence: NDArray[np.bool_], groups: IntArray) -> NDArray[np.bool_]:
