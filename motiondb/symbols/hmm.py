@@ -76,10 +76,9 @@ def initialise(
     part = np.where(
         lengths[number] >= segment_states, within * segment_states // lengths[number], within
     )
-    values = np.asarray(frames[place], dtype=np.float64)
-    everything = _moments(values, np.zeros(len(values), dtype=np.int64), 1)
-    whole = _moments(values, assignment[number], n_symbols)
-    parts = _moments(values, assignment[number] * n_padded + part, n_symbols * n_padded)
+    everything = _moments(frames, place, np.zeros(len(place), dtype=np.int64), 1)
+    whole = _moments(frames, place, assignment[number], n_symbols)
+    parts = _moments(frames, place, assignment[number] * n_padded + part, n_symbols * n_padded)
     shape = (n_symbols, n_padded, frames.shape[1])
     count = parts[0].reshape(shape[:2])
     chosen = []
@@ -280,18 +279,20 @@ def _within_bounds(symbols: MotionSymbols, floor: FloatArray) -> MotionSymbols:
 
 
 def _moments(
-    values: FloatArray, group: IntArray, n_groups: int
+    frames: FloatArray | Float32Array, place: IntArray, group: IntArray, n_groups: int
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Count (groups,), mean and variance (groups, dimensions) of the rows of every group."""
+    """Count (groups,), mean and variance (groups, dimensions) of the frames of every group.
+
+    Shapes: `place`, `group` (n,): numbers of the frames, and the group of each.
+    """
     count = np.bincount(group, minlength=n_groups)
-    weight = np.maximum(count, 1)[:, None]
-
-    def mean_of(columns: FloatArray) -> FloatArray:
-        sums = [np.bincount(group, column, n_groups) for column in columns.T]
-        return np.stack(sums, axis=1) / weight
-
-    mean = mean_of(values)
-    return count, mean, mean_of((values - mean[group]) ** 2)
+    weight = np.maximum(count, 1)
+    mean, variance = np.empty((2, n_groups, frames.shape[1]))
+    for d in range(frames.shape[1]):  # all columns at once take as much memory as the frames, twice
+        column = frames[place, d].astype(np.float64)
+        mean[:, d] = np.bincount(group, column, n_groups) / weight
+        variance[:, d] = np.bincount(group, (column - mean[group, d]) ** 2, n_groups) / weight
+    return count, mean, variance
 
 
 def _flatten(starts: IntArray, ends: IntArray) -> tuple[IntArray, IntArray]:
