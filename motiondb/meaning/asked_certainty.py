@@ -53,6 +53,7 @@ from motiondb.meaning.regression import (
     separate,
 )
 from motiondb.meaning.resemblance import emphasis_of, resemblance
+from motiondb.meaning.score_vectors import Rows
 from motiondb.meaning.windows import window_places
 from motiondb.meaning.word_evidence import (
     TakeExtremes,
@@ -96,7 +97,7 @@ class Written:
     ends: FloatArray  # (rows,): last frames + 1
     groups: IntArray  # (rows,): number of the performer
     table: SegmentTable
-    standardised: FloatArray  # (segments, columns): standardised scores and movement
+    standardised: Rows  # (segments, columns): standardised scores and movement
     ridge: float  # Ridge of the word map
     calibration: FloatArray  # (3,): calibration of the word map
     n_posture_and_travel: int = 0  # Number of the last columns that are posture and travel

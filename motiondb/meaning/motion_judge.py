@@ -70,7 +70,7 @@ OTHERS = 3
 PAIRS_OF_A_WORD = 30
 """Largest number of pairs of a word for the calibration: more take longer, and
 words with many captures would outweigh the others."""
-MOST_PAIRS = 3_000  # Largest number of pairs for the calibration: more take longer
+MOST_PAIRS = 1_500  # Largest number of pairs for the calibration: more take longer
 PARTS = 2
 """Largest number of windows of a capture that are judged in the calibration: 3 to 4.5 s, about
 the duration of an action in a generated motion."""

@@ -58,7 +58,7 @@ from motiondb.symbols.hmm_jobs import one_blas_thread
 
 # Smallest intersection over union of a right interval, as in ``docs/measured/quality.md``
 RIGHT = 0.5
-DRAWS, LEAST_DRAWS, MOST_DRAWN = 20, 2, 20_000
+DRAWS, LEAST_DRAWS, MOST_DRAWN = 20, 2, 8_000
 """Number of draws in which every capture may be joined with others: more draws give more
 combinations of actions, not more weight. Of many captures fewer draws are made, so that about
 MOST_DRAWN are joined in all, which bounds the duration of learning."""

@@ -61,7 +61,7 @@ import numpy as np
 
 from motiondb.meaning.regression import Fitted, prepare
 from motiondb.meaning.word_map import word_spreads
-from motiondb.records import FloatArray, IntArray
+from motiondb.records import Float32Array, FloatArray, IntArray
 
 RIDGE = 0.03
 """Ridge of the regression. Larger values reduce the differences within a take. Of .01 to .3, the
@@ -272,7 +272,7 @@ class ListedTakes:
 
     # (rows, columns): vector of the motion around each segment, of length 1. The rows are the
     # segments of all takes
-    vectors: FloatArray
+    vectors: FloatArray | Float32Array
     seconds: FloatArray  # (rows,): duration of each segment
     owners: IntArray  # (rows,): number of the take of each segment, rising from 0 without gaps
     # For each take its listed actions in order, each as the numbers of its words; never empty

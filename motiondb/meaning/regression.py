@@ -54,8 +54,10 @@ from typing import Annotated, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.records import Axes, FloatArray, IntArray, MayBeUnknown, Sizes
+from motiondb.records import Axes, Float32Array, FloatArray, IntArray, MayBeUnknown, Sizes
 from motiondb.symbols.hmm_jobs import one_blas_thread
+
+AT_ONCE = 2**13  # Rows in ``blocks``
 
 
 def fit_ridge(
@@ -151,9 +153,8 @@ class MadeRows:
 class Regression:
     """What of a regression does not depend on its targets."""
 
-    rows: (
-        FloatArray | MadeRows
-    )  # (n, columns): features less their mean, times the roots of the weights
+    # (n, columns): features less their mean, times the roots of the weights
+    rows: FloatArray | Float32Array | MadeRows
     roots: FloatArray  # (n, 1): roots of the weights
     centre: FloatArray  # (columns,): weighted mean of the features
     gram: FloatArray  # (columns, columns): sum of products of ``rows``, with the ridge
@@ -164,11 +165,14 @@ class Regression:
         weights = self.roots[:, 0] ** 2
         mean = weights @ target / weights.sum()
         centred = self.roots * (target - mean)
-        return Fitted(self, mean, self.inverse @ (self.rows[:].T @ centred), centred)
+        cross = np.zeros((len(self.centre), target.shape[1]))
+        for some in blocks(len(centred)):
+            cross += self.rows[some].astype(np.float64).T @ centred[some]
+        return Fitted(self, mean, self.inverse @ cross, centred)
 
     def apart(self, which: slice) -> FloatArray | None:
         """I - H of some rows, which no target changes; None where a smaller system is solved."""
-        rows = self.rows[which]
+        rows = self.rows[which].astype(np.float64)
         return None if len(rows) > rows.shape[1] else without_share(rows, self.inverse)
 
     def centred(self, target: MadeRows, mean: FloatArray) -> MadeRows:
@@ -196,11 +200,12 @@ class Fitted:
         `apart`: What :meth:`Regression.apart` gave for them.
         """
         centred = self.centred[which]
-        return centred - self._errors(self.regression.rows[which], centred, apart)
+        rows = np.asarray(self.regression.rows[which], dtype=np.float64)
+        return centred - self._errors(rows, centred, apart)
 
     def without(self, which: IntArray | slice) -> FloatArray:
         """Slopes (columns, words) without some rows; the means stay those of all rows."""
-        rows = self.regression.rows[which]
+        rows = np.asarray(self.regression.rows[which], dtype=np.float64)
         back = rows.T @ self._errors(rows, self.centred[which])
         return np.asarray(self.slopes - self.regression.inverse @ back)
 
@@ -212,19 +217,34 @@ class Fitted:
 
 
 def prepare(
-    vectors: FloatArray, weights: FloatArray, ridge: float, *, overwrite: bool = False
+    vectors: FloatArray | Float32Array,
+    weights: FloatArray,
+    ridge: float,
+    *,
+    overwrite: bool = False,
 ) -> Regression:
-    """The regression on `vectors` (n, columns) with `weights` (n,).
+    """The regression on `vectors` (n, columns) with `weights` (n,); sums are of double precision.
 
     `overwrite`: Whether ``vectors`` may become the rows; of hours of motion they are large.
     """
     roots = np.sqrt(weights)[:, None]
-    centre = weights @ vectors / weights.sum()
-    rows = np.subtract(vectors, centre, out=vectors if overwrite else None)
-    rows *= roots
-    gram = rows.T @ rows + ridge * np.eye(vectors.shape[1])
+    total = np.zeros(vectors.shape[1])
+    for some in blocks(len(vectors)):
+        total += weights[some] @ vectors[some].astype(np.float64)
+    centre = total / weights.sum()
+    rows = vectors if overwrite else vectors.copy()
+    gram = ridge * np.eye(vectors.shape[1])
+    for some in blocks(len(rows)):
+        rows[some] = roots[some] * (rows[some] - centre)
+        block = rows[some].astype(np.float64)
+        gram += block.T @ block
     inverse = np.asarray(np.linalg.inv(gram), dtype=np.float64)
     return Regression(rows, roots, np.asarray(centre), gram, inverse)
+
+
+def blocks(n_rows: int) -> list[slice]:
+    """Rows that are looked at together, which bounds memory."""
+    return [slice(first, first + AT_ONCE) for first in range(0, n_rows, AT_ONCE)]
 
 
 def without_share(rows: FloatArray, inverse: FloatArray) -> FloatArray:
