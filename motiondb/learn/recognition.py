@@ -194,17 +194,19 @@ def _movement(
     """Movement of every segment, capture by capture: array (segments, columns)."""
     bounds = pool.bounds
     first, last = (np.searchsorted(cutting.starts, b) for b in (bounds[:-1], bounds[1:]))
-    return np.concatenate(
-        [
-            describe_segments(
-                frames[low:high],
-                pool.features[low:high],
-                cutting.starts[a:b] - low,
-                cutting.ends[a:b] - low,
-            )
-            for a, b, low, high in zip(first, last, bounds[:-1], bounds[1:])
-        ]
-    )
+    made: Float32Array | None = None
+    for a, b, low, high in zip(first, last, bounds[:-1], bounds[1:]):
+        rows = describe_segments(
+            frames[low:high],
+            pool.features[low:high],
+            cutting.starts[a:b] - low,
+            cutting.ends[a:b] - low,
+        )
+        if made is None:  # filled in place: it is large
+            made = np.empty((len(cutting.starts), rows.shape[1]), dtype=np.float32)
+        made[a:b] = rows
+    assert made is not None
+    return made
 
 
 def describe_segments(
@@ -221,11 +223,16 @@ def describe_segments(
     )
 
 
+_AT_ONCE = 2**16  # Frames that are looked at together: bounds memory
+
+
 def background(frames: FloatArray | Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:
     """Log-likelihood per frame under the background model: the whitened features' N(0, 1)."""
-    each = -0.5 * (
-        np.sum(frames.astype(np.float64) ** 2, axis=1) + frames.shape[1] * np.log(2 * np.pi)
-    )
+    squares = np.empty(len(frames))
+    for first in range(0, len(frames), _AT_ONCE):
+        some = slice(first, first + _AT_ONCE)
+        squares[some] = np.sum(frames[some].astype(np.float64) ** 2, axis=1)
+    each = -0.5 * (squares + frames.shape[1] * np.log(2 * np.pi))
     sums = np.concatenate([[0.0], np.cumsum(each)])
     return (sums[ends] - sums[starts]) / (ends - starts)
 

@@ -188,7 +188,7 @@ def _certainties(
             ends=np.array([d.end for d in intervals]),
             groups=rows.performers,
             table=table,
-            standardised=score_vectors.in_memory(StandardisedRows.of_table(scores, table)),
+            standardised=StandardisedRows.of_table(scores, table),
             ridge=ridge,
             calibration=calibration,
             n_posture_and_travel=score_vectors.count_posture_and_travel(table.movement.shape[1]),

@@ -53,8 +53,15 @@ from motiondb.meaning.regression import (
     separate,
 )
 from motiondb.meaning.resemblance import emphasis_of, resemblance
+from motiondb.meaning.score_vectors import Rows
 from motiondb.meaning.windows import window_places
-from motiondb.meaning.word_evidence import TakeScores, hear_takes
+from motiondb.meaning.word_evidence import (
+    TakeExtremes,
+    TakeScores,
+    hear_takes,
+    take_extremes,
+    upper_bounds,
+)
 from motiondb.meaning.word_map import (
     WordMap,
     WordMoments,
@@ -90,7 +97,7 @@ class Written:
     ends: FloatArray  # (rows,): last frames + 1
     groups: IntArray  # (rows,): number of the performer
     table: SegmentTable
-    standardised: FloatArray  # (segments, columns): standardised scores and movement
+    standardised: Rows  # (segments, columns): standardised scores and movement
     ridge: float  # Ridge of the word map
     calibration: FloatArray  # (3,): calibration of the word map
     n_posture_and_travel: int = 0  # Number of the last columns that are posture and travel
@@ -365,12 +372,13 @@ def without_and_either(written: Written) -> tuple[KindCertainty, KindCertainty]:
         verbs = np.flatnonzero(fold.known & written.is_action)
         some = _evenly(len(fold.takes), MOST_CAPTURES)
         takes, shown = [fold.takes[n] for n in some], fold.shown[some]
+        extremes = take_extremes(dict(enumerate(takes)))
         for answers, questions in (
             (without, list(without_questions(shown, verbs, written.names))),
             (either, list(either_questions(shown, verbs, written.names))),
         ):
             for n in _evenly(len(questions), MOST_QUESTIONS):
-                _ask(answers, takes, questions[n], written.names)
+                _ask(answers, takes, extremes, questions[n], written.names)
     return without.fit(), either.fit()
 
 
@@ -404,14 +412,21 @@ def either_questions(
 
 
 def _ask(
-    answers: _Answers, takes: Sequence[TakeScores], question: MadeQuestion, names: Sequence[str]
+    answers: _Answers,
+    takes: Sequence[TakeScores],
+    extremes: TakeExtremes,
+    question: MadeQuestion,
+    names: Sequence[str],
 ) -> None:
     """Search the captures for one question, and record its first answers."""
     number = {name: n for n, name in enumerate(names)}
-    hits = [by_question.search_take(take, question.readings, number) for take in takes]
-    ranked = [(n, hit) for n, hit in enumerate(hits) if hit is not None]
-    ranked.sort(key=lambda pair: -pair[1].log_odds)
-    for n, hit in ranked[:FIRST]:
+    ranked = by_question.likeliest_takes(
+        extremes.captures,
+        upper_bounds(extremes, question.readings, number),
+        lambda n: by_question.search_take(takes[n], question.readings, number),
+        FIRST,
+    )
+    for n, hit in ranked:
         asked, excluded = by_question.split_statements(hit.statements)
         answers.cues.append(kind_cues(asked[0], excluded[0] if excluded else None))
         answers.whole.append(bool(question.right[n]))

@@ -28,8 +28,9 @@ assumed independent. A side of a limb is no evidence where the motion tells it
 
 from __future__ import annotations
 
+import heapq
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -40,6 +41,7 @@ from numpy.typing import NDArray
 from motiondb.language.question.readings import Exclusion, Part, Reading
 from motiondb.meaning.limb_sides import without_sides
 from motiondb.meaning.word_evidence import (
+    SLACK,
     TakeScores,
     action_log_odds,
     all_hold,
@@ -298,6 +300,30 @@ def search_take(
     hits = [_search_reading(seen, take, readings, n, number) for n in range(len(readings))]
     fitting = [hit for hit in hits if hit is not None]
     return max(fitting, key=lambda hit: hit.log_odds, default=None)
+
+
+def likeliest_takes(
+    captures: IntArray,
+    bounds: FloatArray,
+    search: Callable[[int], QuestionHit | None],
+    limit: int,
+) -> list[tuple[int, QuestionHit]]:
+    """The captures with the largest log-odds, best first; of equal ones, the lowest numbers.
+
+    Shapes: `captures`, `bounds` (captures,): numbers, and what their log-odds are at most.
+    """
+    best: list[tuple[float, int, QuestionHit]] = []  # a heap, the worst first
+    for place in np.argsort(-bounds, kind="stable"):
+        if len(best) >= limit and (not best or bounds[place] + SLACK < best[0][0]):
+            break
+        capture = int(captures[place])
+        hit = search(capture)
+        if hit is None:
+            continue
+        heapq.heappush(best, (hit.log_odds, -capture, hit))
+        if len(best) > limit:
+            heapq.heappop(best)
+    return [(-number, hit) for _, number, hit in sorted(best, key=lambda b: (-b[0], -b[1]))]
 
 
 def search_order(take: TakeScores, actions: Sequence[Sequence[int]]) -> QuestionHit | None:

@@ -56,6 +56,9 @@ ALPHA = 0.03  # Weight of the effective number of performers. Chosen with RIDGE
 MOST_CENTRES = 1000  # Largest number of kernels. Bounds the time of fitting;
 MOST_PARTS = 20
 """Largest number of parts of whole performers that the calibration leaves out. Bounds its time;"""
+MANY, FEW_PARTS = 1000, 5
+"""Number of intervals from which the calibration leaves out fifths, of performers and of intervals,
+in place of twentieths and tenths: thirty maps of many hours took a twentieth of learning."""
 JITTER = 1e-8
 """Added to the diagonal of the kernel matrix, which is singular where intervals repeat."""
 
@@ -109,6 +112,8 @@ def fit_description_map(
 
     Shapes: `vectors` (n, columns); `presence` (n, words); `groups` (n,).
     """
+    from scipy.linalg import solve_triangular
+
     numbers, sizes = np.unique(groups, return_inverse=True, return_counts=True)[1:]
     omega = np.asarray(sizes[numbers] ** -0.5, dtype=np.float64)
     omega /= omega.mean()
@@ -117,9 +122,9 @@ def fit_description_map(
     with one_blas_thread():  # sums of several threads differ in their last bits
         between = kernel(centres, centres) + JITTER * np.eye(len(centres))
         factor = np.linalg.cholesky(between)
-        columns = np.linalg.solve(factor, kernel(centres, vectors)).T
+        columns = solve_triangular(factor, kernel(centres, vectors), lower=True).T
         slopes, offsets = fit_ridge(columns, target, RIDGE, omega)
-        weights = np.linalg.solve(factor.T, slopes)
+        weights = solve_triangular(factor, slopes, lower=True, trans="T")
     prior = ALPHA * np.log(effective_performers(presence, groups))
     return DescriptionMap(centres, weights, offsets + prior)
 
@@ -148,10 +153,10 @@ def fit_description_calibration(
     if not among.any():  # the map itself keeps the one performer
         among = np.arange(len(vectors)) % 5
     shared = shared_words(presence, among)
-    parts = among % MOST_PARTS
+    of_performers, of_all = (MOST_PARTS, 10) if len(vectors) < MANY else (FEW_PARTS, FEW_PARTS)
     scores = [
         _left_out(vectors, presence, groups, left)[:, shared]
-        for left in (parts, np.arange(len(vectors)) % 10)
+        for left in (among % of_performers, np.arange(len(vectors)) % of_all)
     ]
     truth = np.concatenate([presence, presence])[:, shared].astype(np.float64)
     z = np.concatenate(scores)

@@ -38,6 +38,7 @@ of segments grow (:mod:`motiondb.meaning.word_evidence`).
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -64,6 +65,9 @@ MOST = 20.0  # Bound on z relative to its peak; larger values would overflow and
 AVERAGED = 3
 """Feature frames (0.2 s) before and after a frame over which z is averaged. In earlier variants of
 the rule for y, boundaries of marked actions were as good with 2 and 4, and worse with 6."""
+MOST_FRAMES, RARE = 160_000, 20
+"""Frames (3 hours) of the takes that the map is fitted to, at most, and takes of a word up to which
+all of them take part. Of more hours, the other takes are chosen at even distances."""
 LEAST_SPREAD = 0.05
 """Share of the mean standard deviation that is added to that of each cue, so that cues that hardly
 vary do not count."""
@@ -125,6 +129,7 @@ def fit_edge_map(takes: Sequence[FrameTake], n_words: int) -> EdgeMap:
     A frame weighs one over the square root of its take's seconds, as in the map of places. Cues
     are computed anew in every pass, so that memory does not grow with the takes.
     """
+    takes = _enough(takes)
     regression = _Regression(takes)
     shown, cross = [take.shown for take in takes], np.zeros((len(regression.centre), n_words))
     for n, y in enumerate(shown):
@@ -140,6 +145,19 @@ def fit_edge_map(takes: Sequence[FrameTake], n_words: int) -> EdgeMap:
         mean, slopes = regression.mean(shown, n_words), regression.inverse @ cross
     spreads = spreads_of(mean)
     return EdgeMap(regression.centre, regression.spread, slopes / spreads, mean / spreads)
+
+
+def _enough(takes: Sequence[FrameTake]) -> Sequence[FrameTake]:
+    """The takes of rare words, and as many of the others as make up ``MOST_FRAMES``."""
+    lengths = np.array([len(take.frames) for take in takes])
+    if lengths.sum() <= MOST_FRAMES:
+        return takes
+    count = Counter(word for take in takes for word in take.words)
+    is_rare = np.array([any(count[word] <= RARE for word in take.words) for take in takes])
+    share = max(MOST_FRAMES - lengths[is_rare].sum(), 0) / max(lengths[~is_rare].sum(), 1)
+    reached = np.floor(share * np.cumsum(np.where(is_rare, 0, lengths)) / lengths.mean())
+    chosen = is_rare | (np.diff(reached, prepend=0.0) > 0.0)
+    return [take for take, is_chosen in zip(takes, chosen) if is_chosen]
 
 
 def refine_interval(

@@ -70,7 +70,7 @@ OTHERS = 3
 PAIRS_OF_A_WORD = 30
 """Largest number of pairs of a word for the calibration: more take longer, and
 words with many captures would outweigh the others."""
-MOST_PAIRS = 3_000  # Largest number of pairs for the calibration: more take longer
+MOST_PAIRS = 1_500  # Largest number of pairs for the calibration: more take longer
 PARTS = 2
 """Largest number of windows of a capture that are judged in the calibration: 3 to 4.5 s, about
 the duration of an action in a generated motion."""
@@ -98,13 +98,20 @@ class MotionJudge:
 
     def likeness(self, rows: FloatArray) -> FloatArray:
         """Likeness k of windows to those of the judge: array (n, windows)."""
-        x, known = (
-            np.clip((of - self.mean) / self.spread, -CLIP, CLIP) for of in (rows, self.rows)
-        )
+        x, (known, lengths) = self._clipped(rows), self._known
         with one_blas_thread():  # sums of several threads differ in their last bits
             product = x @ known.T
-        apart = (x**2).sum(axis=1)[:, None] + (known**2).sum(axis=1) - 2.0 * product
+        apart = (x**2).sum(axis=1)[:, None] + lengths - 2.0 * product
         return np.exp(-np.maximum(apart, 0.0) / x.shape[1])
+
+    def _clipped(self, rows: FloatArray) -> FloatArray:
+        return np.clip((rows - self.mean) / self.spread, -CLIP, CLIP)
+
+    @cached_property
+    def _known(self) -> tuple[FloatArray, FloatArray]:
+        """Statistics of the windows in standard deviations, and their squared lengths."""
+        known = self._clipped(self.rows)
+        return known, (known**2).sum(axis=1)
 
     @cached_property
     def weights(self) -> FloatArray:
@@ -136,12 +143,9 @@ def pool_windows(features: Float32Array) -> FloatArray:
     Shapes: `features` (frames, D).
     """
     starts = range(0, max(len(features) - WINDOW, 0) + 1, WINDOW // 2)
-    rows = []
-    for start in starts:
-        part = features[start : start + WINDOW].astype(np.float64)
-        quantiles = np.quantile(part, QUANTILES, axis=0).ravel()
-        rows.append(np.concatenate([part.mean(axis=0), part.std(axis=0), quantiles]))
-    return np.array(rows)
+    parts = np.stack([features[start : start + WINDOW] for start in starts]).astype(np.float64)
+    quantiles = np.quantile(parts, QUANTILES, axis=1)
+    return np.concatenate([parts.mean(axis=1), parts.std(axis=1), *quantiles], axis=1)
 
 
 @dataclass(frozen=True, eq=False)

@@ -58,9 +58,10 @@ from motiondb.symbols.hmm_jobs import one_blas_thread
 
 # Smallest intersection over union of a right interval, as in ``docs/measured/quality.md``
 RIGHT = 0.5
-DRAWS = 20
+DRAWS, LEAST_DRAWS, MOST_DRAWN = 20, 2, 8_000
 """Number of draws in which every capture may be joined with others: more draws give more
-combinations of actions, not more weight."""
+combinations of actions, not more weight. Of many captures fewer draws are made, so that about
+MOST_DRAWN are joined in all, which bounds the duration of learning."""
 SINGLE = 2  # Number of the kind of questions about a capture as it is
 LEAST_QUESTIONS = 30
 """Smallest number of questions in joined takes for which a certainty is fitted, as for answers
@@ -331,7 +332,7 @@ def fit_certainty(
 ) -> PlaceCertainty | None:
     """Certainty of the place of an action; None if there are too few questions."""
     judged = [one for each in captures for one in judge(join([each]), known)]
-    for _ in range(DRAWS):
+    for _ in range(int(np.clip(MOST_DRAWN // max(len(captures), 1), LEAST_DRAWS, DRAWS))):
         for take in (*join_captures(captures, rng), *join_pairs(captures, rng)):
             judged += judge(take, known)
     joined = [one for one in judged if one.kind[2] != SINGLE]
@@ -360,19 +361,19 @@ def judge(take: JoinedTake, known: PlaceEvidence) -> list[Judged]:
     """Search for every action of a take whose words occur in captions of other performers."""
     judged = []
     kind = min(len(take.parts), 2) + len(take.groups)  # 3 joined, 4 of two performers
+    scores: TakeScores | None = None
     for asked in questions_of(take):
         support = count_performers(known.listed_by, asked.words, take.groups)
         if support:
-            interval, cues = tell_place(take, asked.words, known.without(take.groups), support)
+            scores = scores or hear(take, known.without(take.groups))
+            interval, cues = tell_place(scores, asked.words, support)
             best = max(union_share(interval, part) for part in asked.true)
             judged.append(Judged(cues, best >= RIGHT, (asked.group, asked.words, kind)))
     return judged
 
 
-def tell_place(
-    take: JoinedTake, words: Sequence[int], fitted: PlaceMap, support: int
-) -> tuple[tuple[int, int], IntervalCues]:
-    """The interval (frames) reported for an action, and its cues."""
+def hear(take: JoinedTake, fitted: PlaceMap) -> TakeScores:
+    """The evidence for all words in a joined take."""
     vectors = interval_vectors(
         take.standardised,
         take.starts,
@@ -381,12 +382,17 @@ def tell_place(
         take.ends + WINDOW_MARGIN,
     )
     evidence = fitted.evidence(vectors)
-    hit = by_question.search_order(
-        TakeScores(take.starts, take.ends, evidence, evidence.max(axis=0)), [list(words)]
-    )
+    return TakeScores(take.starts, take.ends, evidence, evidence.max(axis=0))
+
+
+def tell_place(
+    take: TakeScores, words: Sequence[int], support: int
+) -> tuple[tuple[int, int], IntervalCues]:
+    """The interval (frames) reported for an action, and its cues."""
+    hit = by_question.search_order(take, [list(words)])
     assert hit is not None  # a take has a segment
     first = int(np.searchsorted(take.starts, hit.start))
     behind = int(np.searchsorted(take.ends, hit.end)) + 1
-    of_words = evidence[:, list(words)].mean(axis=1)
+    of_words = take.windows[:, list(words)].mean(axis=1)
     cues = interval_cues(of_words, take.ends, first, behind, support)
     return (hit.start, hit.end), cues

@@ -15,8 +15,10 @@ from __future__ import annotations
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 from motiondb.language import vocabulary
 from motiondb.meaning.counting import capture_rows
@@ -33,7 +35,7 @@ from motiondb.meaning.place_map import (
 from motiondb.meaning.regression import Fitted, MadeRows, Regression
 from motiondb.meaning.score_vectors import Rows, window_vectors_of
 from motiondb.meaning.word_evidence import WINDOW_MARGIN, TakeScores
-from motiondb.records import MOTION_FPS, Caption, FloatArray, IntArray, SegmentTable
+from motiondb.records import MOTION_FPS, Caption, Float32Array, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 Actions = list[list[int]]  # Word numbers of every action, in order
@@ -484,25 +486,30 @@ def place_evidence(
 
 def _stacked(
     table: SegmentTable, standardised: Rows, captures: Sequence[int]
-) -> tuple[FloatArray, FloatArray, IntArray]:
+) -> tuple[Float32Array, FloatArray, IntArray]:
     """Window vectors, seconds and take numbers of the segments of some captures."""
     rows = capture_rows(table)
     lengths = (table.ends - table.starts) / MOTION_FPS
     seconds = np.concatenate([lengths[rows[c]] for c in captures])
     sizes = [rows[c].stop - rows[c].start for c in captures]
     owners = np.repeat(np.arange(len(captures), dtype=np.int64), sizes)
-    vectors = window_vectors(table, standardised, [rows[c] for c in captures])
-    return vectors, seconds, owners
+    parts = [rows[c] for c in captures]
+    return window_vectors(table, standardised, parts, np.float32), seconds, owners
 
 
-def window_vectors(table: SegmentTable, standardised: Rows, parts: Sequence[slice]) -> FloatArray:
+def window_vectors(
+    table: SegmentTable,
+    standardised: Rows,
+    parts: Sequence[slice],
+    dtype: DTypeLike = np.float64,
+) -> NDArray[Any]:
     """Vectors of the windows around the segments of captures: array (segments, columns).
 
     `parts`: The rows of each capture.
     """
     sizes = np.array([part.stop - part.start for part in parts], dtype=np.int64)
     ends = np.cumsum([0, *sizes])
-    windows = np.empty((ends[-1], standardised.shape[1]))
+    windows = np.empty((ends[-1], standardised.shape[1]), dtype)
     for some, vectors in window_vectors_of(standardised, table, parts, WINDOW_MARGIN):
         wholes = np.cumsum(sizes[some] + 1) - 1
         is_window = np.ones(wholes[-1] + 1, dtype=bool)

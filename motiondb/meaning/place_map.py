@@ -61,7 +61,7 @@ import numpy as np
 
 from motiondb.meaning.regression import Fitted, prepare
 from motiondb.meaning.word_map import word_spreads
-from motiondb.records import FloatArray, IntArray
+from motiondb.records import Float32Array, FloatArray, IntArray
 
 RIDGE = 0.03
 """Ridge of the regression. Larger values reduce the differences within a take. Of .01 to .3, the
@@ -98,8 +98,9 @@ def find_shown(takes: ListedTakes, *, overwrite: bool = False) -> FloatArray:
     shown = even_shares(takes, rows)
     weights = take_weights(takes.seconds, takes.owners)
     regression = prepare(takes.vectors, weights, RIDGE, overwrite=overwrite)
+    apart = [regression.apart(inside) for inside in rows]
     for _ in range(ROUNDS):
-        evidence = FittedPlaces(regression.fit(shown)).left_out(takes)
+        evidence = FittedPlaces(regression.fit(shown)).left_out(takes, apart)
         shown = DAMPING * shown + (1.0 - DAMPING) * place_actions(takes, rows, evidence)
     return shown
 
@@ -116,19 +117,23 @@ class FittedPlaces:
         offsets = -self.fitted.regression.centre @ slopes
         return PlaceMap(slopes, np.asarray(offsets), spreads_of(self.fitted.mean))
 
-    def of_others(self, rows: slice | IntArray) -> FloatArray:
+    def of_others(self, rows: slice | IntArray, apart: FloatArray | None = None) -> FloatArray:
         """Return the evidence (rows, words) for some rows by the map without them."""
         fitted = self.fitted
-        predicted = fitted.of_others(rows) / fitted.regression.roots[rows]
+        predicted = fitted.of_others(rows, apart) / fitted.regression.roots[rows]
         return np.asarray(SHARPNESS * predicted / spreads_of(fitted.mean))
 
-    def left_out(self, takes: ListedTakes) -> FloatArray:
+    def left_out(
+        self, takes: ListedTakes, apart: Sequence[FloatArray | None] | None = None
+    ) -> FloatArray:
         """The evidence (rows, words; nats per second) for each take by the map of others.
 
         That of a map fitted to the take itself follows its own places: on four long takes it placed
         .42 to .46 of the questions right, without the take .50 to .54.
         """
-        return np.concatenate([self.of_others(inside) for inside in takes.rows()])
+        rows = takes.rows()
+        known = apart or [None] * len(rows)
+        return np.concatenate([self.of_others(*each) for each in zip(rows, known)])
 
 
 def take_weights(seconds: FloatArray, owners: IntArray) -> FloatArray:
@@ -267,7 +272,7 @@ class ListedTakes:
 
     # (rows, columns): vector of the motion around each segment, of length 1. The rows are the
     # segments of all takes
-    vectors: FloatArray
+    vectors: FloatArray | Float32Array
     seconds: FloatArray  # (rows,): duration of each segment
     owners: IntArray  # (rows,): number of the take of each segment, rising from 0 without gaps
     # For each take its listed actions in order, each as the numbers of its words; never empty

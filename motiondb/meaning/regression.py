@@ -54,8 +54,10 @@ from typing import Annotated, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.records import Axes, FloatArray, IntArray, MayBeUnknown, Sizes
+from motiondb.records import Axes, Float32Array, FloatArray, IntArray, MayBeUnknown, Sizes
 from motiondb.symbols.hmm_jobs import one_blas_thread
+
+AT_ONCE = 2**13  # Rows in ``blocks``
 
 
 def fit_ridge(
@@ -151,9 +153,8 @@ class MadeRows:
 class Regression:
     """What of a regression does not depend on its targets."""
 
-    rows: (
-        FloatArray | MadeRows
-    )  # (n, columns): features less their mean, times the roots of the weights
+    # (n, columns): features less their mean, times the roots of the weights
+    rows: FloatArray | Float32Array | MadeRows
     roots: FloatArray  # (n, 1): roots of the weights
     centre: FloatArray  # (columns,): weighted mean of the features
     gram: FloatArray  # (columns, columns): sum of products of ``rows``, with the ridge
@@ -164,7 +165,15 @@ class Regression:
         weights = self.roots[:, 0] ** 2
         mean = weights @ target / weights.sum()
         centred = self.roots * (target - mean)
-        return Fitted(self, mean, self.inverse @ (self.rows[:].T @ centred), centred)
+        cross = np.zeros((len(self.centre), target.shape[1]))
+        for some in blocks(len(centred)):
+            cross += self.rows[some].astype(np.float64).T @ centred[some]
+        return Fitted(self, mean, self.inverse @ cross, centred)
+
+    def apart(self, which: slice) -> FloatArray | None:
+        """I - H of some rows, which no target changes; None where a smaller system is solved."""
+        rows = self.rows[which].astype(np.float64)
+        return None if len(rows) > rows.shape[1] else without_share(rows, self.inverse)
 
     def centred(self, target: MadeRows, mean: FloatArray) -> MadeRows:
         """Targets less their mean, times the roots of the weights."""
@@ -185,50 +194,82 @@ class Fitted:
     slopes: FloatArray  # (columns, words)
     centred: FloatArray | MadeRows  # (n, words): targets less their mean, times the roots
 
-    def of_others(self, which: IntArray | slice) -> FloatArray:
-        """Predictions for some rows by the regression without them, centred, times the roots."""
+    def of_others(self, which: IntArray | slice, apart: FloatArray | None = None) -> FloatArray:
+        """Predictions for some rows by the regression without them, centred, times the roots.
+
+        `apart`: What :meth:`Regression.apart` gave for them.
+        """
         centred = self.centred[which]
-        return centred - self._errors(self.regression.rows[which], centred)
+        rows = np.asarray(self.regression.rows[which], dtype=np.float64)
+        return centred - self._errors(rows, centred, apart)
 
     def without(self, which: IntArray | slice) -> FloatArray:
         """Slopes (columns, words) without some rows; the means stay those of all rows."""
-        rows = self.regression.rows[which]
+        rows = np.asarray(self.regression.rows[which], dtype=np.float64)
         back = rows.T @ self._errors(rows, self.centred[which])
         return np.asarray(self.slopes - self.regression.inverse @ back)
 
-    def _errors(self, rows: FloatArray, centred: FloatArray) -> FloatArray:
+    def _errors(
+        self, rows: FloatArray, centred: FloatArray, apart: FloatArray | None = None
+    ) -> FloatArray:
         gram, inverse = self.regression.gram, self.regression.inverse
-        return residuals_without(rows, gram, inverse, centred - rows @ self.slopes)
+        return residuals_without(rows, gram, inverse, centred - rows @ self.slopes, apart)
 
 
 def prepare(
-    vectors: FloatArray, weights: FloatArray, ridge: float, *, overwrite: bool = False
+    vectors: FloatArray | Float32Array,
+    weights: FloatArray,
+    ridge: float,
+    *,
+    overwrite: bool = False,
 ) -> Regression:
-    """The regression on `vectors` (n, columns) with `weights` (n,).
+    """The regression on `vectors` (n, columns) with `weights` (n,); sums are of double precision.
 
     `overwrite`: Whether ``vectors`` may become the rows; of hours of motion they are large.
     """
     roots = np.sqrt(weights)[:, None]
-    centre = weights @ vectors / weights.sum()
-    rows = np.subtract(vectors, centre, out=vectors if overwrite else None)
-    rows *= roots
-    gram = rows.T @ rows + ridge * np.eye(vectors.shape[1])
+    total = np.zeros(vectors.shape[1])
+    for some in blocks(len(vectors)):
+        total += weights[some] @ vectors[some].astype(np.float64)
+    centre = total / weights.sum()
+    rows = vectors if overwrite else vectors.copy()
+    gram = ridge * np.eye(vectors.shape[1])
+    for some in blocks(len(rows)):
+        rows[some] = roots[some] * (rows[some] - centre)
+        block = rows[some].astype(np.float64)
+        gram += block.T @ block
     inverse = np.asarray(np.linalg.inv(gram), dtype=np.float64)
     return Regression(rows, roots, np.asarray(centre), gram, inverse)
 
 
+def blocks(n_rows: int) -> list[slice]:
+    """Rows that are looked at together, which bounds memory."""
+    return [slice(first, first + AT_ONCE) for first in range(0, n_rows, AT_ONCE)]
+
+
+def without_share(rows: FloatArray, inverse: FloatArray) -> FloatArray:
+    """I - H of the module's docstring: array (n, n); `rows` (n, columns)."""
+    return np.asarray(np.eye(len(rows)) - rows @ inverse @ rows.T)
+
+
 def residuals_without(
-    rows: FloatArray, gram: FloatArray, inverse: FloatArray, residuals: FloatArray
+    rows: FloatArray,
+    gram: FloatArray,
+    inverse: FloatArray,
+    residuals: FloatArray,
+    apart: FloatArray | None = None,
 ) -> FloatArray:
     """Residuals of rows by the regression without them, from those with all rows: (n, words).
 
     Shapes: `rows` (n, columns); `gram`, `inverse` (columns, columns); `residuals` (n, words).
+
+    `apart`: I - H of the rows, where it is known.
     """
     if len(rows) > rows.shape[1]:  # the smaller system
         back = np.linalg.solve(gram - rows.T @ rows, rows.T @ residuals)
         return np.asarray(residuals + rows @ back)
-    block = rows @ inverse @ rows.T
-    return np.asarray(np.linalg.solve(np.eye(len(rows)) - block, residuals))
+    apart = without_share(rows, inverse) if apart is None else apart
+    return np.asarray(np.linalg.solve(apart, residuals))
 
 
 def shared_words(presence: NDArray[np.bool_], groups: IntArray) -> NDArray[np.bool_]:

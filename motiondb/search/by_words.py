@@ -44,7 +44,7 @@ from motiondb.search.chances import (
 )
 from motiondb.search.matches import match_rows
 from motiondb.search.measured_answers import compare_with_motion, is_surely_against
-from motiondb.search.ranking import Judged, likeliest_takes
+from motiondb.search.ranking import Judged
 from motiondb.search.reasons import Explanation, explain, explain_hit
 from motiondb.search.seen_frames import Frames
 from motiondb.search.takings import Taking, say_not_understood, with_notation
@@ -319,7 +319,7 @@ def _find(
     asked, number = question.asked, question.asked.numbers
     takes, extremes = asked.evidence.takes, asked.evidence.extremes
     searched = np.isin(extremes.captures, np.fromiter(allowed, np.int64, len(allowed)))
-    return likeliest_takes(
+    return by_question.likeliest_takes(
         extremes.captures[searched],
         upper_bounds(extremes, read, number)[searched],
         lambda capture: by_question.search_take(takes[capture], read, number),

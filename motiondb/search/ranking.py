@@ -16,36 +16,8 @@ from itertools import chain
 
 import numpy as np
 
-from motiondb.meaning.by_question import QuestionHit
-from motiondb.meaning.word_evidence import SLACK
-from motiondb.records import FloatArray, IntArray
 from motiondb.search.chances import LIKELY, Found, is_unlikely, lacking_actions
 from motiondb.search.placing import Placed
-
-
-def likeliest_takes(
-    captures: IntArray,
-    bounds: FloatArray,
-    search: Callable[[int], QuestionHit | None],
-    limit: int,
-) -> list[tuple[int, QuestionHit]]:
-    """The captures with the largest log-odds, best first; of equal ones, the lowest numbers.
-
-    Shapes: `captures`, `bounds` (captures,): numbers, and what their log-odds are at most.
-    """
-    best: list[tuple[float, int, QuestionHit]] = []  # a heap, the worst first
-    for place in np.argsort(-bounds, kind="stable"):
-        if len(best) >= limit and (not best or bounds[place] + SLACK < best[0][0]):
-            break
-        capture = int(captures[place])
-        hit = search(capture)
-        if hit is None:
-            continue
-        heapq.heappush(best, (hit.log_odds, -capture, hit))
-        if len(best) > limit:
-            heapq.heappop(best)
-    return [(-number, hit) for _, number, hit in sorted(best, key=lambda b: (-b[0], -b[1]))]
-
 
 Rank = tuple[bool, bool, bool, float, float]
 

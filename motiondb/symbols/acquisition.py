@@ -37,10 +37,16 @@ from motiondb.symbols.settings import AcquisitionSettings, RecutSettings
 from motiondb.symbols.spread import Captures, Frames, Spread, are_segments, as_spread, frames_of
 from motiondb.workers import trusted
 
-N_LIKELY = 12
+N_LIKELY = 16
 """Likeliest symbols under which a segment is scored again after a refit; all others keep the score
-that they had. By hand. On an hour of warped CMU captures (86 symbols), L was that of full scores
-with one seed, and smaller by 1.2e-4 of it with another; two seeds differ by 3e-3 of it."""
+that they had. By hand. Three seeds on an hour of warped CMU captures (86 symbols) gave the segments
+and L of twice to five times as many, two on 3 hours (148 symbols) an L within 2e-4 of theirs; two
+seeds differ by 3e-3 of it."""
+LEAST_ROUNDS, ROUND_FRAMES = 5, 720_000
+"""Rounds of competition that the number of frames does not lower, and what rounds times frames
+reach at most: of an hour (60,000 frames) up to 12 rounds. By hand. On an hour of warped CMU
+captures, 5 rounds in place of 12 gave an L smaller by 6e-4 and 6e-4 of it, and larger by 2e-4, with
+three seeds; on 3 hours larger by 3e-4 and 1.1e-3 with two, which differ by 4e-3."""
 Progress = Callable[[str, float], None]
 
 
@@ -99,8 +105,9 @@ def acquire(
 def _compete(arena: _Arena, state: _State, lengths: list[float], tell: Progress) -> _State:
     """Remove, create and refit symbols in rounds, while the description length falls."""
     settings = arena.settings
-    for number in range(settings.rounds):
-        tell("symbols compete", number / settings.rounds)
+    rounds = min(settings.rounds, max(LEAST_ROUNDS, ROUND_FRAMES // len(arena.frames)))
+    for number in range(rounds):
+        tell("symbols compete", number / rounds)
         before = state.length
         for propose in (_refit,) if settings.n_symbols else (_kill, _thin, _create, _refit):
             judged = propose(arena, state)
@@ -345,19 +352,31 @@ def deaths(
     alive, rows = np.arange(scores.shape[1]), np.arange(len(scores))
     order: list[int] = []
     gains: list[float] = []
+    two, changed = np.zeros((2, len(scores)), dtype=np.int64), rows
     while len(alive) > 1 and (len(order) < least or gains[-1] > 0):
-        left = scores[:, alive].astype(np.float64)
-        winners = np.argmax(left, axis=1)
-        best = left[rows, winners]
-        left[rows, winners] = -np.inf
-        loss = np.bincount(winners, weights=best - left.max(axis=1), minlength=len(alive))
+        for some in np.array_split(changed, 1 + len(changed) // ROWS_AT_ONCE):
+            two[:, some] = _two_best(scores, some, alive)
+        best, second = scores[rows, two].astype(np.float64)
+        loss = np.bincount(two[0], weights=best - second, minlength=scores.shape[1])[alive]
         names = len(rows) * np.log(len(alive) / (len(alive) - 1))
         gain = prices[alive] + names - loss
         weakest = int(np.argmax(gain))
         order.append(int(alive[weakest]))
         gains.append(float(gain[weakest]))
+        changed = np.flatnonzero((two == alive[weakest]).any(axis=0))
         alive = np.delete(alive, weakest)
     return np.array(order, dtype=np.int64), np.array(gains)
+
+
+ROWS_AT_ONCE = 2**14  # Segments whose scores are looked at together: bounds memory
+
+
+def _two_best(scores: Float32Array | FloatArray, rows: IntArray, alive: IntArray) -> IntArray:
+    """The likeliest and the second of some symbols, for some segments: array (2, rows)."""
+    some, numbers = scores[np.ix_(rows, alive)], np.arange(len(rows))
+    best = np.argmax(some, axis=1)
+    some[numbers, best] = -np.inf
+    return np.stack([alive[best], alive[np.argmax(some, axis=1)]])
 
 
 def describe_segments(

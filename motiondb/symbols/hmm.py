@@ -49,11 +49,10 @@ from motiondb.symbols.hmm_jobs import (
     frame_blocks,
     shares,
 )
-from motiondb.symbols.hmm_kernels import check_symbols, log_density_blocks, log_symbols
+from motiondb.symbols.hmm_kernels import check_symbols, log_density_blocks, log_symbols, weigh
 from motiondb.symbols.spread import Frames, Part, Spread, as_spread
 from motiondb.workers import is_array, runs, trusted
 
-RESCORED_AT_ONCE = 256  # Frames of a block that is scored again. By hand
 SELF_LOOP_BOUNDS = (0.01, 0.999)
 """EM keeps self-loops in these bounds, so that a state can be left and can be repeated. By hand."""
 
@@ -77,10 +76,9 @@ def initialise(
     part = np.where(
         lengths[number] >= segment_states, within * segment_states // lengths[number], within
     )
-    values = np.asarray(frames[place], dtype=np.float64)
-    everything = _moments(values, np.zeros(len(values), dtype=np.int64), 1)
-    whole = _moments(values, assignment[number], n_symbols)
-    parts = _moments(values, assignment[number] * n_padded + part, n_symbols * n_padded)
+    everything = _moments(frames, place, np.zeros(len(place), dtype=np.int64), 1)
+    whole = _moments(frames, place, assignment[number], n_symbols)
+    parts = _moments(frames, place, assignment[number] * n_padded + part, n_symbols * n_padded)
     shape = (n_symbols, n_padded, frames.shape[1])
     count = parts[0].reshape(shape[:2])
     chosen = []
@@ -281,18 +279,20 @@ def _within_bounds(symbols: MotionSymbols, floor: FloatArray) -> MotionSymbols:
 
 
 def _moments(
-    values: FloatArray, group: IntArray, n_groups: int
+    frames: FloatArray | Float32Array, place: IntArray, group: IntArray, n_groups: int
 ) -> tuple[IntArray, FloatArray, FloatArray]:
-    """Count (groups,), mean and variance (groups, dimensions) of the rows of every group."""
+    """Count (groups,), mean and variance (groups, dimensions) of the frames of every group.
+
+    Shapes: `place`, `group` (n,): numbers of the frames, and the group of each.
+    """
     count = np.bincount(group, minlength=n_groups)
-    weight = np.maximum(count, 1)[:, None]
-
-    def mean_of(columns: FloatArray) -> FloatArray:
-        sums = [np.bincount(group, column, n_groups) for column in columns.T]
-        return np.stack(sums, axis=1) / weight
-
-    mean = mean_of(values)
-    return count, mean, mean_of((values - mean[group]) ** 2)
+    weight = np.maximum(count, 1)
+    mean, variance = np.empty((2, n_groups, frames.shape[1]))
+    for d in range(frames.shape[1]):  # all columns at once take as much memory as the frames, twice
+        column = frames[place, d].astype(np.float64)
+        mean[:, d] = np.bincount(group, column, n_groups) / weight
+        variance[:, d] = np.bincount(group, (column - mean[group, d]) ** 2, n_groups) / weight
+    return count, mean, variance
 
 
 def _flatten(starts: IntArray, ends: IntArray) -> tuple[IntArray, IntArray]:
@@ -351,8 +351,8 @@ def _score_blocks(
     for low, high, intervals in blocks:
         own = np.column_stack([intervals[:, :2], done + np.arange(len(intervals))])
         frames = part.frames[low - part.first : high - part.first]
-        for first, densities in log_density_blocks(symbols, frames):
-            kernels.score_block(densities, first, prepared, must_exit, scores, own)
+        for which, densities in log_density_blocks(symbols, frames):
+            kernels.score_block(densities, which, prepared, must_exit, scores, int(which[0]), own)
         done += len(intervals)
     return scores
 
@@ -367,8 +367,7 @@ def rescore(
 ) -> Float32Array:
     """Score segments again under symbols that changed a little: array (segments, symbols).
 
-    Segments are taken in blocks of about ``RESCORED_AT_ONCE`` frames. A block is scored under the
-    symbols that were among the ``n_likely`` likeliest of any of its segments; the other scores are
+    Each segment is scored under the ``n_likely`` symbols that were likeliest; its other scores are
     kept as they were.
 
     Shapes: `starts`, `ends` (segments,); `scores` (segments, symbols), by the symbols before.
@@ -377,48 +376,41 @@ def rescore(
         return score(symbols, frames, starts, ends)
     held, fresh = as_spread(frames), scores.copy()
     starts, ends = check_segments(symbols, held.frames, starts, ends)
-    likely = np.argpartition(scores, -n_likely, axis=1)[:, -n_likely:]
-    n_pieces = held.n_pieces(SCORE_SECONDS * int((ends - starts).sum()) * symbols.means.size / 4)
+    segments = np.stack([starts, ends, np.arange(len(starts))], axis=1)
+    work = int((ends - starts).sum()) * symbols.means[0].size * n_likely
+    n_pieces = held.n_pieces(SCORE_SECONDS * work)
     pieces = [
-        (part, [(*block, np.unique(likely[block[2][:, 2]])) for block in blocks])
+        (part, segments[some], _likeliest(scores[some], n_likely))
         for part, own in held.of_parts(starts)
-        for blocks in runs(list(frame_blocks(starts, ends, own, RESCORED_AT_ONCE)), n_pieces)
+        for some in runs(own.tolist(), n_pieces)
     ]
-    results = trusted(held.workers, _are_rescored, _rescore_blocks, pieces, symbols)
-    for (_, blocks), values in results:
-        done = 0
-        for _, _, intervals, which in blocks:
-            n_values = len(intervals) * len(which)
-            some = values[done : done + n_values].reshape(len(intervals), -1)
-            fresh[np.ix_(intervals[:, 2], which)] = some
-            done += n_values
+    results = trusted(held.workers, _are_rescored, _score_again, pieces, symbols)
+    for (_, some, likely), values in results:
+        fresh[some[:, 2:], likely] = values
     return fresh
 
 
-_Rescored: TypeAlias = tuple[Part, Sequence[tuple[int, int, IntArray, IntArray]]]
-"""A part, and blocks of it, each with the symbols under which its segments are scored."""
+def _likeliest(scores: Float32Array, n_likely: int) -> IntArray:
+    """The symbols of the largest scores of every segment, rising: array (segments, n_likely)."""
+    return np.sort(np.argpartition(scores, -n_likely, axis=1)[:, -n_likely:], axis=1)
+
+
+_Rescored: TypeAlias = tuple[Part, IntArray, IntArray]
+"""A part, start, end and number of segments in it (n, 3), and symbols of each (n, likely)."""
 
 
 def _are_rescored(found: Float32Array, piece: _Rescored, _: MotionSymbols) -> bool:
-    """Whether values can be the scores of the segments of blocks."""
-    n_values = sum(len(intervals) * len(which) for _, _, intervals, which in piece[1])
-    return is_array(found, (n_values,))
+    """Whether values can be scores of segments under the symbols of each."""
+    return is_array(found, piece[2].shape)
 
 
-def _rescore_blocks(piece: _Rescored, symbols: MotionSymbols) -> Float32Array:
-    """Scores of the segments of some blocks under the symbols of each, block after block."""
-    part, blocks = piece
-    prepared = log_symbols(symbols)
-    values = []
-    for low, high, intervals, which in blocks:
-        own = np.column_stack([intervals[:, :2], np.arange(len(intervals))])
-        scores = np.empty((len(intervals), len(which)), dtype=np.float32)
-        some = kernels.LogSymbols._make(each[which] for each in prepared)
-        frames = part.frames[low - part.first : high - part.first]
-        for first, densities in log_density_blocks(symbols, frames, which):
-            kernels.score_block(densities, first, some, False, scores, own)
-        values.append(scores.ravel())
-    return np.concatenate(values)
+def _score_again(piece: _Rescored, symbols: MotionSymbols) -> Float32Array:
+    """Scores of segments, each under symbols of its own: array (segments, likely)."""
+    part, segments, likely = piece
+    values = np.empty(likely.shape, dtype=np.float32)
+    places = np.ascontiguousarray(segments[:, :2] - part.first)
+    kernels.score_again(part.frames, weigh(symbols), log_symbols(symbols), likely, places, values)
+    return values
 
 
 def viterbi(

@@ -18,7 +18,7 @@ from motiondb.records import Float32Array, FloatArray, IntArray, MotionSymbols
 if TYPE_CHECKING:
     from threadpoolctl import ThreadpoolController
 
-FRAMES_AT_ONCE = 1024
+FRAMES_AT_ONCE = 256
 """Frames whose densities are computed together, unless one segment is longer. By hand."""
 FIT_SECONDS, SCORE_SECONDS, CUT_SECONDS = 4e-8, 1.5e-9, 4.5e-9
 """Time of one processor for a value of a symbol's states at a frame: in the E step, in scoring, and
@@ -71,13 +71,8 @@ Block: TypeAlias = tuple[int, int, IntArray]
 """First frame, end, and segments (n, 3) in it: their starts and ends there, and their numbers."""
 
 
-def frame_blocks(
-    starts: IntArray, ends: IntArray, which: IntArray, at_once: int = FRAMES_AT_ONCE
-) -> Iterator[Block]:
-    """Group some of the segments into ranges of frames; `starts`, `ends` (segments,).
-
-    `at_once`: Frames of a range at most, unless one segment is longer.
-    """
+def frame_blocks(starts: IntArray, ends: IntArray, which: IntArray) -> Iterator[Block]:
+    """Group some of the segments into ranges of frames; `starts`, `ends` (segments,)."""
     order = which[np.argsort(starts[which], kind="stable")]
     first = 0
     while first < len(order):
@@ -85,7 +80,7 @@ def frame_blocks(
         last = first + 1
         while last < len(order):
             reach = max(high, int(ends[order[last]]))
-            if reach - low > at_once:
+            if reach - low > FRAMES_AT_ONCE:
                 break
             high, last = reach, last + 1
         some = order[first:last]

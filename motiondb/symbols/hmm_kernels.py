@@ -3,14 +3,15 @@
 Notation: o_t frame t of T, k a state of K, a_k its self-loop, b_k(o_t) its Gaussian density.
 
     forward     alpha_t(k) = b_k(o_t) [alpha_t-1(k) a_k + alpha_t-1(k - 1) (1 - a_k-1)]
-    backward    beta_t(k)  = a_k b_k(o_t+1) beta_t+1(k) + (1 - a_k) b_k+1(o_t+1) beta_t+1(k + 1)
-    posterior   gamma_t(k) = alpha_t(k) beta_t(k) / P(o)
+    stayed      rho_t(k)   = alpha_t-1(k) a_k b_k(o_t) / alpha_t(k)
+    posterior   gamma_t-1(k) = gamma_t(k) rho_t(k) + gamma_t(k + 1) [1 - rho_t(k + 1)]
 
-A state has two successors, so that a frame costs O(K), not O(K^2). All recursions are in the log
-domain, where ``NEVER`` is the logarithm of zero: scaled probabilities underflow under a wrong
+A state has two successors, so that a frame costs O(K), not O(K^2). The forward recursion is in the
+log domain, where ``NEVER`` is the logarithm of zero: scaled probabilities underflow under a wrong
 symbol, and a state of negligible probability now may be the only one that explains later frames.
-Where the path must leave the last state, beta_T(K) = 1 - a_K and beta_T is 0 elsewhere; otherwise
-beta_T = 1.
+Of the paths in state k at frame t, the share rho_t(k) was in it a frame before; so posteriors go
+back from those of the last frame, gamma_T = alpha_T / P(o), without logarithms. Where the path must
+leave the last state, gamma_T(K) = 1.
 
 All kernels release the interpreter's lock; ``motiondb.symbols.hmm`` runs them in threads.
 
@@ -28,10 +29,12 @@ learning amplifies differences in the last bit (docs/decisions/the-same-seed-on-
 
 Recognition spends most of its time in the forward recursion over many symbols at once. There the
 densities come as blocks of a matrix product with states before symbols, so that the innermost loops
-run over symbols without branches or calls, and are vectorised.
+run over states and symbols without branches or calls, and are vectorised. They are in single
+precision, relative to the likeliest state of each symbol, whose sum is kept in double precision:
+the results were those of double precision to the last bit of the scores.
 
-Source: Rabiner, A tutorial on hidden Markov models, 1989, sections III and IV; token passing after
-Young, Russell and Thornton, 1989.
+Source: Rabiner, A tutorial on hidden Markov models, 1989, sections III and IV (the posteriors: the
+backward recursion divided by P(o)); token passing after Young, Russell and Thornton, 1989.
 """
 
 from __future__ import annotations
@@ -86,57 +89,44 @@ def log_add(a: float, b: float) -> float:
 @njit(cache=True, nogil=True)
 def state_log_densities(frames: FloatArray, symbols: LogSymbols, s: int) -> FloatArray:
     """log b_k(o_t) of symbol s: array (frames, states of s)."""
-    n_states = symbols.n_states[s]
-    densities = np.empty((len(frames), n_states))
-    for t in range(len(frames)):
-        for k in range(n_states):
-            total = 0.0
-            for d in range(frames.shape[1]):
-                deviation = frames[t, d] - symbols.means[s, k, d]
-                total += deviation * deviation * symbols.precisions[s, k, d]
-            densities[t, k] = symbols.constants[s, k] - 0.5 * total
+    n_frames, n_states = len(frames), symbols.n_states[s]
+    densities, columns = np.empty((n_frames, n_states)), frames.T.copy()
+    total = np.empty(n_frames)
+    for k in range(n_states):
+        total[:] = 0.0
+        for d in range(len(columns)):
+            column, mean, precision = (
+                columns[d],
+                symbols.means[s, k, d],
+                symbols.precisions[s, k, d],
+            )
+            for t in range(n_frames):
+                deviation = column[t] - mean
+                total[t] += deviation * deviation * precision
+        for t in range(n_frames):
+            densities[t, k] = symbols.constants[s, k] - 0.5 * total[t]
     return densities
 
 
-@njit(cache=True, nogil=True)
-def forward(densities: FloatArray, stay: FloatArray, leave: FloatArray) -> FloatArray:
-    """log alpha: array (frames, states)."""
+@njit(cache=True, nogil=True, error_model="numpy")
+def forward(
+    densities: FloatArray, stay: FloatArray, leave: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """log alpha of the last frame (states,), and rho of all frames (frames, states)."""
     n_frames, n_states = densities.shape
-    alpha = np.full((n_frames, n_states), NEVER)
-    alpha[0, 0] = densities[0, 0]
+    alpha, stayed = np.full(n_states, NEVER), np.ones((n_frames, n_states))
+    alpha[0] = densities[0, 0]
     for t in range(1, n_frames):
-        alpha[t, 0] = alpha[t - 1, 0] + stay[0] + densities[t, 0]
-        for k in range(1, min(t + 1, n_states)):
-            on = alpha[t - 1, k - 1] + leave[k - 1]
-            alpha[t, k] = log_add(alpha[t - 1, k] + stay[k], on) + densities[t, k]
-    return alpha
-
-
-@njit(cache=True, nogil=True)
-def final_weights(n_states: int, log_exit: float, must_exit: bool) -> FloatArray:
-    """log beta of the last frame: array (states,)."""
-    weights = np.zeros(n_states)
-    if must_exit:
-        weights[:] = NEVER
-        weights[n_states - 1] = log_exit
-    return weights
-
-
-@njit(cache=True, nogil=True)
-def backward(
-    densities: FloatArray, stay: FloatArray, leave: FloatArray, final: FloatArray
-) -> FloatArray:
-    """log beta: array (frames, states)."""
-    n_frames, n_states = densities.shape
-    beta = np.empty((n_frames, n_states))
-    beta[n_frames - 1] = final
-    for t in range(n_frames - 2, -1, -1):
-        last = n_states - 1
-        beta[t, last] = stay[last] + densities[t + 1, last] + beta[t + 1, last]
-        for k in range(last):
-            on = leave[k] + densities[t + 1, k + 1] + beta[t + 1, k + 1]
-            beta[t, k] = log_add(stay[k] + densities[t + 1, k] + beta[t + 1, k], on)
-    return beta
+        for k in range(min(t, n_states - 1), 0, -1):
+            on, same = alpha[k - 1] + leave[k - 1], alpha[k] + stay[k]
+            apart = abs(on - same)
+            alpha[k], less = max(on, same) + densities[t, k], 0.0
+            if apart < _NO_CHANGE:
+                less = np.exp(-apart)
+                alpha[k] += np.log1p(less)
+            stayed[t, k] = (1.0 if same >= on else less) / (1.0 + less)
+        alpha[0] += stay[0] + densities[t, 0]
+    return alpha, stayed
 
 
 @njit(cache=True, nogil=True)
@@ -159,26 +149,25 @@ def posteriors(
     """
     densities = state_log_densities(frames, symbols, s)
     n_frames, n_states = densities.shape
-    stay, leave = symbols.log_stay[s], symbols.log_leave[s]
+    leave = symbols.log_leave[s]
     must_exit = must_exit and n_frames >= n_states
-    final = final_weights(n_states, leave[n_states - 1], must_exit)
-    alpha = forward(densities, stay, leave)
-    beta = backward(densities, stay, leave, final)
-    total = log_sum(alpha[n_frames - 1] + final)
-    stays, leaves = np.zeros(n_states), np.zeros(n_states)
+    ends, stayed = forward(densities, symbols.log_stay[s], leave)
+    if must_exit:
+        ends[:-1], ends[-1] = NEVER, ends[-1] + leave[n_states - 1]
+    total = log_sum(ends)
+    gamma, stays, leaves = np.zeros((n_frames, n_states)), np.zeros(n_states), np.zeros(n_states)
     if total < 0.5 * NEVER:
-        return np.zeros((n_frames, n_states)), stays, leaves, total
-    gamma = np.exp(alpha + beta - total)
-    for t in range(n_frames - 1):
+        return gamma, stays, leaves, total
+    gamma[n_frames - 1] = np.exp(ends - total)
+    for t in range(n_frames - 1, 0, -1):
         for k in range(n_states):
-            if gamma[t, k] < _NEGLIGIBLE:
-                continue
-            before = alpha[t, k] - total
-            stays[k] += np.exp(before + stay[k] + densities[t + 1, k] + beta[t + 1, k])
-            if k + 1 < n_states:
-                leaves[k] += np.exp(
-                    before + leave[k] + densities[t + 1, k + 1] + beta[t + 1, k + 1]
-                )
+            same = gamma[t, k] * stayed[t, k]
+            gamma[t - 1, k] += same
+            stays[k] += same
+            if k > 0:
+                on = gamma[t, k] - same
+                gamma[t - 1, k - 1] += on
+                leaves[k - 1] += on
     if must_exit:
         leaves[n_states - 1] += 1.0
     return gamma, stays, leaves, total
@@ -258,101 +247,177 @@ def best_path(frames: FloatArray, symbols: LogSymbols, s: int, must_exit: bool) 
     return states
 
 
-LOWEST_SCORE = -1e30  # ``NEVER`` in single precision
+LOWEST_SCORE = np.float32(-1e30)  # ``NEVER`` in single precision
+_RENEWED = 4  # Frames after which forward probabilities are made relative to the largest again
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def score_block(
     log_densities: Float32Array,
-    first: int,
+    which: IntArray,
     symbols: LogSymbols,
     must_exit: bool,
     scores: Float32Array,
+    first: int,
     intervals: IntArray,
 ) -> None:
     """Forward probabilities of segments under symbols, written into ``scores``.
 
     Parameters
     ----------
-    log_densities : array (frames, states, symbols)
-        Log densities of a block that begins with symbol ``first``.
-    first : int
-        Number of the block's first symbol.
+    log_densities : array (frames, states, which)
+        Log densities of a block under some symbols.
+    which : array (which,)
+        The numbers of these.
     symbols : LogSymbols
         All symbols.
     must_exit : bool
         Whether a path must leave the last state at the end of its segment.
+    scores : array (all segments, columns)
+        Results, written in the rows of ``intervals`` and the columns from ``first`` on.
+    first : int
+        Column of the first of the symbols.
     intervals : array (segments, 3)
         Start and end in the block, and row of ``scores``.
-    scores : array (all segments, all symbols)
-        Results, written in the rows of ``intervals`` and the block's columns.
     """
-    _, n_padded, n_symbols = log_densities.shape
-    shape = (n_padded, n_symbols)
-    stay, leave, onward = np.empty(shape), np.empty(shape), np.empty(shape)
-    for k in range(n_padded):
-        for s in range(n_symbols):
-            stay[k, s], leave[k, s] = (
-                symbols.log_stay[first + s, k],
-                symbols.log_leave[first + s, k],
-            )
-            onward[k, s] = leave[k, s] if k + 1 < symbols.n_states[first + s] else NEVER
-    alpha, fresh = np.empty(shape), np.empty(shape)
+    n_frames, n_padded, n_symbols = log_densities.shape
+    size = n_padded * n_symbols
+    densities = log_densities.reshape(n_frames, size)
+    stay, onward = _moves(symbols, which)
+    alpha, fresh = np.empty(size, np.float32), np.empty(size, np.float32)
+    peaks, none = np.empty(n_symbols, np.float32), np.zeros(n_symbols, np.float32)
+    sums = np.empty(n_symbols)
     for number in range(len(intervals)):
         start, end, row = intervals[number]
-        alpha[1:], fresh[1:] = NEVER, NEVER
-        alpha[0] = log_densities[start, 0]
+        alpha[n_symbols:], fresh[n_symbols:], sums[:] = LOWEST_SCORE, LOWEST_SCORE, 0.0
+        alpha[:n_symbols] = densities[start, :n_symbols]
         for t in range(start + 1, end):
-            for s in range(n_symbols):
-                fresh[0, s] = alpha[0, s] + stay[0, s] + log_densities[t, 0, s]
-            for k in range(1, min(t - start, n_padded - 1) + 1):
-                step = (alpha[k], alpha[k - 1], stay[k], onward[k - 1])
-                _step(step, log_densities[t, k], fresh[k])
+            now, top = densities[t], min(t - start + 1, n_padded) * n_symbols
+            for n in range(n_symbols):
+                fresh[n] = alpha[n] + stay[n] + now[n]
+            before = alpha[: top - n_symbols], onward[: top - n_symbols]
+            here = alpha[n_symbols:top], stay[n_symbols:top]
+            _step(here, before, now[n_symbols:top], fresh[n_symbols:top])
+            if (t - start) % _RENEWED == 0:
+                _renew(fresh[:top], peaks, sums)
             alpha, fresh = fresh, alpha
-        for s in range(n_symbols):
-            last = symbols.n_states[first + s] - 1
-            total = alpha[last, s] + leave[last, s]
-            if not must_exit:
-                total = alpha[0, s]
-                for k in range(1, last + 1):
-                    total = log_add(total, alpha[k, s])
-            scores[row, first + s] = max(total, LOWEST_SCORE)
+        if not must_exit:  # as if each state were moved to from the one before, at once
+            for k in range(1, n_padded):
+                others = alpha[k * n_symbols : (k + 1) * n_symbols]
+                _step((alpha[:n_symbols], none), (others, none), none, fresh[:n_symbols])
+                alpha[:n_symbols] = fresh[:n_symbols]
+        for n in range(n_symbols):
+            total = np.float64(alpha[n])
+            if must_exit:
+                last = symbols.n_states[which[n]] - 1
+                total = alpha[last * n_symbols + n] + symbols.log_leave[which[n], last]
+            scores[row, first + n] = max(total + sums[n], LOWEST_SCORE)
+
+
+@njit(cache=True, nogil=True)
+def _moves(symbols: LogSymbols, which: IntArray) -> tuple[Float32Array, Float32Array]:
+    """Log probabilities to stay, and to move on within some symbols: (states * symbols,)."""
+    n_padded, n_symbols = symbols.log_stay.shape[1], len(which)
+    stay = np.empty((n_padded, n_symbols), np.float32)
+    onward = np.full((n_padded, n_symbols), LOWEST_SCORE)
+    for k in range(n_padded):
+        for n in range(n_symbols):
+            s = which[n]
+            stay[k, n] = max(symbols.log_stay[s, k], LOWEST_SCORE)
+            if k + 1 < symbols.n_states[s]:
+                onward[k, n] = max(symbols.log_leave[s, k], LOWEST_SCORE)
+    return stay.ravel(), onward.ravel()
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _step(
-    origin: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    here: tuple[Float32Array, Float32Array],
+    before: tuple[Float32Array, Float32Array],
     log_densities: Float32Array,
-    alpha: FloatArray,
+    alpha: Float32Array,
 ) -> None:
-    """Forward step of one state for many symbols; log(1 + exp(-d)) without calls or branches.
+    """Forward step of states that may be moved to; log(1 + exp(-d)) without calls or branches.
 
-    exp(-y) for y = d / 256 < 0.16 by its series to y^4, then squared 8 times; and
-    log(1 + u) = 2 artanh(u / (2 + u)) by its series to z^13. The error is below 2e-8.
+    exp(-d) = 2^-n 2^-f, n whole; 2^-f on [0, 1) and log(1 + u) / u on [0, 1] by polynomials that
+    interpolate at Chebyshev's points. Both err by less than 3e-7.
     """
-    here, before, stay, onward = origin
-    for s in range(len(here)):
-        a, b = here[s] + stay[s], before[s] + onward[s]
-        y = np.minimum(np.abs(a - b), 40.0) * (1.0 / 256.0)
-        u = 1.0 - y * (1.0 - y * (1.0 / 2.0) * (1.0 - y * (1.0 / 3.0) * (1.0 - y * (1.0 / 4.0))))
-        u *= u
-        u *= u
-        u *= u
-        u *= u
-        u *= u
-        u *= u
-        u *= u
-        u *= u
-        z = u / (2.0 + u)
-        w = z * z
-        series = 1.0 / 9.0 + w * (1.0 / 11.0 + w * (1.0 / 13.0))
-        series = 1.0 + w * (1.0 / 3.0 + w * (1.0 / 5.0 + w * (1.0 / 7.0 + w * series)))
-        alpha[s] = max(a, b) + 2.0 * z * series + log_densities[s]
+    f4, i4 = np.float32, np.int32
+    own, stay = here
+    others, onward = before
+    for i in range(len(alpha)):
+        a, b = own[i] + stay[i], others[i] + onward[i]
+        x = min(abs(a - b), f4(40.0)) * f4(1.4426950408889634)
+        n = i4(x)
+        f = x - f4(n)
+        p = f4(0.055298119) - f * (f4(0.0092091804) - f * f4(0.00094687703))
+        p = f4(0.99999994) - f * (f4(0.69314313) - f * (f4(0.24017896) - f * p))
+        u = p * i4((i4(127) - n) << i4(23)).view(np.float32)
+        g = f4(0.17687477) - u * (f4(0.10685003) - u * (f4(0.0434939) - u * f4(0.0083711526)))
+        g = f4(0.49997175) - u * (f4(0.33271928) - u * (f4(0.24474774) - u * g))
+        alpha[i] = max(a, b) + u * (f4(0.99999978) - u * g) + log_densities[i]
 
 
-BLOCK_VALUES = 1_500_000
-"""Log densities held at once (6 MB), if one segment under a few symbols does not need more."""
-SIMD_WIDTH = 8  # Symbols are taken in multiples of this: floats in a vector register of 256 bits
+@njit(cache=True, nogil=True)
+def _renew(alpha: Float32Array, peaks: Float32Array, sums: FloatArray) -> None:
+    """Take the largest of each symbol's states from all of them, and add it to ``sums``."""
+    n_symbols = len(peaks)
+    rows = alpha.reshape(-1, n_symbols)
+    peaks[:] = rows[0]
+    for k in range(1, len(rows)):
+        row = rows[k]
+        for s in range(n_symbols):
+            peaks[s] = max(peaks[s], row[s])
+    for k in range(len(rows)):
+        row = rows[k]
+        for s in range(n_symbols):
+            row[s] -= peaks[s]
+    for s in range(n_symbols):
+        sums[s] += peaks[s]
+
+
+@njit(cache=True, nogil=True)
+def score_again(
+    frames: FloatArray | Float32Array,
+    weighing: tuple[FloatArray, FloatArray, FloatArray],
+    symbols: LogSymbols,
+    likely: IntArray,
+    intervals: IntArray,
+    scores: Float32Array,
+) -> None:
+    """Scores (segments, likely) of segments, each under symbols of its own.
+
+    Shapes: `likely` (segments, likely); `intervals` (segments, 2): starts and ends.
+
+    `weighing`: What :func:`weigh` gives.
+    """
+    weights, constants, centre = weighing
+    n_terms, n_padded, n_likely = len(weights), len(constants), likely.shape[1]
+    columns = np.empty((n_terms, n_padded * n_likely), weights.dtype)
+    constant = np.empty(n_padded * n_likely, weights.dtype)
+    whole, n_dims = np.zeros((1, 3), np.int64), len(centre)
+    for number in range(len(intervals)):
+        start, end = intervals[number]
+        which = likely[number]
+        for k in range(n_padded):
+            for n in range(n_likely):
+                constant[k * n_likely + n] = constants[k, which[n]]
+                for d in range(n_terms):
+                    columns[d, k * n_likely + n] = weights[d, k, which[n]]
+        terms = np.empty((end - start, n_terms), weights.dtype)
+        for t in range(end - start):
+            for d in range(n_dims):
+                terms[t, n_dims + d] = frames[start + t, d] - centre[d]
+                terms[t, d] = terms[t, n_dims + d] * terms[t, n_dims + d]
+        block = np.empty((end - start, n_padded * n_likely), weights.dtype)
+        _products(terms, columns, constant, block)
+        shaped = block.astype(np.float32).reshape(end - start, n_padded, n_likely)
+        whole[0] = 0, end - start, number
+        score_block(shaped, which, symbols, False, scores, 0, whole)
+
+
+BLOCK_VALUES = 200_000
+"""Log densities held at once (.8 MB), if one segment under a few symbols does not need more."""
+SIMD_WIDTH = 16  # Symbols are taken in multiples of this: floats in a vector register of 512 bits
 _SINGLE_PRECISION_LIMIT = 2e4  # sum_d m^2 / v up to which single precision errs by some 1e-3 nats
 
 
@@ -408,51 +473,62 @@ def check_symbols(symbols: MotionSymbols) -> None:
 
 
 def log_density_blocks(
-    symbols: MotionSymbols, frames: FloatArray | Float32Array, which: IntArray | None = None
-) -> Iterator[tuple[int, Float32Array]]:
+    symbols: MotionSymbols, frames: FloatArray | Float32Array
+) -> Iterator[tuple[IntArray, Float32Array]]:
     """Log densities of the frames under every state, some symbols at a time.
 
-    Shapes: `frames` (frames, dimensions); `which` (symbols,): numbers of the symbols, None: all.
+    Shapes: `frames` (frames, dimensions); yields the numbers of the symbols, and an array (frames,
+    states, symbols).
     """
     n_padded = symbols.means.shape[1]
     width = BLOCK_VALUES // max(1, len(frames) * n_padded)
     width = max(width // SIMD_WIDTH, 1) * SIMD_WIDTH
-    weights, constants, centre = _weights(symbols)
-    if which is not None:
-        weights, constants = weights[:, :, which], constants[:, which]
+    weights, constants, centre = weigh(symbols)
     n_symbols = weights.shape[2]
     centred = (frames - centre).astype(weights.dtype)
     terms = np.concatenate([np.square(centred), centred], axis=1)
     for first in range(0, n_symbols, width):
         some = slice(first, first + width)
         columns = weights[:, :, some].reshape(len(weights), -1)
-        block = np.tile(constants[:, some].reshape(-1), (len(frames), 1))
-        _add_product(terms, columns, block)
+        block = np.empty((len(frames), columns.shape[1]), dtype=weights.dtype)
+        _products(terms, columns, constants[:, some].reshape(-1), block)
         shaped = block.reshape(len(frames), n_padded, -1)
-        yield first, np.asarray(shaped, dtype=np.float32)
+        which = np.arange(n_symbols, dtype=np.int64)[some]
+        yield which, np.asarray(shaped, dtype=np.float32)
 
 
 @njit(cache=True, nogil=True)
-def _add_product(rows: FloatArray, columns: FloatArray, out: FloatArray) -> None:
-    """Add rows @ columns to ``out``, each sum in the order of the terms, on every processor.
+def _products(
+    rows: FloatArray, columns: FloatArray, constants: FloatArray, out: FloatArray
+) -> None:
+    """rows @ columns + constants, each sum in the order of the terms, on every processor.
 
-    Shapes: `rows` (n, terms), `columns` (terms, m), `out` (n, m), all of one type.
+    Shapes: `rows` (n, terms), `columns` (terms, m), `constants` (m,), `out` (n, m), of one type.
     """
-    n_terms = rows.shape[1]
-    for i in range(len(rows)):
-        row, total = rows[i], out[i]
-        for d in range(0, n_terms - 3, 4):  # four terms at once, to read ``total`` less often
+    n, n_terms = rows.shape
+    for i in range(0, n, 2):  # two rows and four terms at once, to read and write less often
+        other = min(i + 1, n - 1)
+        row, total, below, under = rows[i], out[i], rows[other], out[other]
+        for j in range(len(total)):
+            total[j] = constants[j]
+            under[j] = constants[j]
+        if other == i:
+            below, under = np.zeros_like(row), np.empty_like(total)
+        for d in range(0, n_terms - 3, 4):
             x, y, z, w = row[d], row[d + 1], row[d + 2], row[d + 3]
+            p, q, r, s = below[d], below[d + 1], below[d + 2], below[d + 3]
             a, b, c, e = columns[d], columns[d + 1], columns[d + 2], columns[d + 3]
             for j in range(len(total)):
                 total[j] += x * a[j] + y * b[j] + z * c[j] + w * e[j]
+                under[j] += p * a[j] + q * b[j] + r * c[j] + s * e[j]
         for d in range(n_terms - n_terms % 4, n_terms):
             for j in range(len(total)):
                 total[j] += row[d] * columns[d, j]
+                under[j] += below[d] * columns[d, j]
 
 
 @lru_cache(maxsize=4)  # the same for all captures that are scored or cut one after another
-def _weights(symbols: MotionSymbols) -> tuple[FloatArray, FloatArray, FloatArray]:
+def weigh(symbols: MotionSymbols) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Weights (2 * dimensions, states, symbols), constants (states, symbols), centre."""
     real = np.arange(symbols.means.shape[1]) < symbols.n_states[:, None]
     centre = symbols.means[real].mean(axis=0)

@@ -22,7 +22,6 @@ from motiondb.meaning.word_evidence import (
     upper_bounds,
 )
 from motiondb.records import SegmentTable
-from motiondb.search.ranking import likeliest_takes
 
 NUMBER = {"walk": 0, "turn": 1, "sit": 2}
 MIXED = {**NUMBER, "limp": 3, "golf": 4}
@@ -112,7 +111,7 @@ def test_the_likeliest_are_those_of_a_search_of_everything(
         if hit is not None:
             every.append((-hit.log_odds, capture))
     extremes = take_extremes(takes)
-    likeliest = likeliest_takes(
+    likeliest = by_question.likeliest_takes(
         extremes.captures,
         upper_bounds(extremes, read, NUMBER),
         lambda capture: by_question.search_take(takes[capture], read, NUMBER),
@@ -128,7 +127,7 @@ def test_captures_below_the_answers_are_not_looked_at() -> None:
         looked.append(capture)
         return by_question.QuestionHit(0, 1, 5.0 - capture, ((0, 1),), ())
 
-    best = likeliest_takes(np.arange(100), 5.0 - np.arange(100), search, 3)
+    best = by_question.likeliest_takes(np.arange(100), 5.0 - np.arange(100), search, 3)
     assert [capture for capture, _ in best] == [0, 1, 2]
     assert looked == [0, 1, 2]
 

@@ -120,3 +120,15 @@ def test_cues_of_a_still_take_have_no_change() -> None:
     cues = frame_cues(np.zeros((5, 1)))
     levels = 0.5 + 0.5 * np.tanh(-np.array(score_vectors.LEVELS) / (2 * score_vectors.SOFTNESS))
     np.testing.assert_allclose(cues, np.tile(np.concatenate([levels, levels]), (5, 1)))
+
+
+def test_of_many_frames_the_takes_of_rare_words_stay(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(edge_map, "RARE", 2)
+    rng = np.random.default_rng(4)
+    takes = [take([standing(10, rng)], int(word)) for word in [1, *np.zeros(17, int), 1, 0]]
+    assert edge_map._enough(takes) is takes
+    monkeypatch.setattr(edge_map, "MOST_FRAMES", 80)
+    places = [n for n, one in enumerate(takes) if one in edge_map._enough(takes)]
+    assert len(places) == 8
+    assert {0, 18} <= set(places)
+    assert max(np.diff(places)) <= 4

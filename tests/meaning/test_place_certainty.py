@@ -18,6 +18,7 @@ from motiondb.meaning.place_certainty import (
     count_performers,
     cues_of,
     fit_certainty,
+    hear,
     interval_cues,
     join,
     join_captures,
@@ -158,7 +159,7 @@ def test_the_map_without_all_performers_of_a_take_judges_it() -> None:
 
 def test_a_clear_place_is_found_and_right() -> None:
     take = join([short(0), short(2), short(3)])
-    (start, end), _ = tell_place(take, [2], plain_map(), 1)
+    (start, end), _ = tell_place(hear(take, plain_map()), [2], 1)
     assert (start, end) == (120, 240)
     assert [one.right for one in judge(take, all_known())] == [True, True, True]
 

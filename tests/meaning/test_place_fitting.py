@@ -158,7 +158,7 @@ def test_evidence_of_a_later_capture_is_of_the_map_of_all() -> None:
     of_later, of_first = evidence.take(3), evidence.take(1)
     assert of_later is not None
     assert of_first is not None
-    assert of_later.windows == pytest.approx(fit.evidence(later), abs=1e-8)
+    assert of_later.windows == pytest.approx(fit.evidence(later), abs=2e-6)  # single precision
     first = window_vectors(table, rows, [slice(0, 5)])
     assert np.abs(of_first.windows - fit.evidence(first)).max() > 1e-3  # this one is left out
     without = evidence.without(frozenset("a"))
@@ -184,7 +184,7 @@ def test_evidence_without_places_is_of_the_map_of_the_other_takes() -> None:
     fit = map_places(takes.vectors, even, weights_of(takes))
     assert evidence[1].shape == (5, 3)
     assert np.abs(evidence[1] - fit.evidence(takes.vectors[inside])).max() > 1e-3
-    assert evidence[1] == pytest.approx(fit_places(takes, even).left_out(takes)[inside], abs=1e-8)
+    assert evidence[1] == pytest.approx(fit_places(takes, even).left_out(takes)[inside], abs=2e-6)
 
 
 def test_only_keeps_the_captures_named() -> None:
