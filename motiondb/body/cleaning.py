@@ -64,6 +64,8 @@ def implausible(points: FloatArray, fps: float, leg_length: float) -> str:
         return ""
     _, speed, finite = _standard_speeds(points, fps, leg_length)
     leap = (speed > MAX_SPEED) & finite[1:] & finite[:-1]
+    if finite.all() and not leap.any():
+        return ""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], leap.astype(int), [0]])))
     leaps = edges.reshape(-1, 2)
     longest = float(np.diff(leaps, axis=1).max(initial=0)) / fps

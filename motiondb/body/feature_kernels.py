@@ -13,7 +13,10 @@ from motiondb.records import Float32Array, FloatArray, IntArray
 
 @njit(cache=True, nogil=True)
 def forward(
-    parents: IntArray, offsets: FloatArray, local_rotations: Float32Array, roots: Float32Array
+    parents: IntArray,
+    offsets: FloatArray,
+    local_rotations: Float32Array | FloatArray,
+    roots: Float32Array | FloatArray,
 ) -> tuple[FloatArray, FloatArray]:
     """As ``kinematics.forward``: positions (frames, joints, 3), rotations (frames, joints, 4).
 

@@ -132,20 +132,36 @@ def features_of_motions(motions: Sequence[Motion]) -> list[Float32Array]:
     return features
 
 
-def _features(
+def seen_from_pelvis(motion: Motion) -> FloatArray:
+    """Joints relative to the pelvis, in the frame of the heading: array (frames, 21, 3), metres."""
+    whole = np.array([0, motion.n_frames])
+    local = _seen(motion.local_rotations, motion.root_positions, whole)[1]
+    local[..., 1] -= local[:, :1, 1]
+    return local
+
+
+def _seen(
     local_rotations: Float32Array, root_positions: Float32Array, bounds: IntArray
-) -> Float32Array:
-    """Features (sum of ceil(frames / 2), 130), float32, of motions that follow one another."""
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Joints in the world and from above the pelvis, and headings, as angles and as rotations."""
     from motiondb.body import feature_kernels  # compiled code, which a search does without
 
     positions, rotations = feature_kernels.forward(
         body.PARENTS, body.OFFSETS, local_rotations, root_positions
     )
     axes = feature_kernels.mean_axes(rotations, TRUNK)
-    parts = list(itertools.pairwise(bounds))
+    parts = itertools.pairwise(bounds)
     heading = np.concatenate([_angle(*(axis[a:b] for axis in axes)) for a, b in parts])
     facing = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), -heading)
-    local = feature_kernels.relative_to_heading(positions, facing)
+    return positions, feature_kernels.relative_to_heading(positions, facing), heading, facing
+
+
+def _features(
+    local_rotations: Float32Array, root_positions: Float32Array, bounds: IntArray
+) -> Float32Array:
+    """Features (sum of ceil(frames / 2), 130), float32, of motions that follow one another."""
+    positions, local, heading, facing = _seen(local_rotations, root_positions, bounds)
+    parts = itertools.pairwise(bounds)
     chosen = np.concatenate([np.arange(a, b, FEATURE_STEP) for a, b in parts])
     first, last = (
         np.repeat(edge, np.diff(bounds))[chosen] for edge in (bounds[:-1], bounds[1:] - 1)

@@ -24,6 +24,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
 from types import MappingProxyType
 
 import numpy as np
@@ -159,6 +160,7 @@ _SIDES_FIRST: Mapping[str, Roles] = MappingProxyType(
 )
 
 
+@lru_cache(maxsize=4096)
 def normalised(name: str) -> str:
     """Return a joint name without namespace, known prefix, case and separators.
 
@@ -219,7 +221,8 @@ def joint_map(skeleton: Skeleton, user_map: Mapping[str, str] | None = None) -> 
     numbers = _numbers([normalised(name) for name in skeleton.names], skeleton)
     conventions = CONVENTIONS
     best, chosen = _best_convention(numbers, conventions)
-    for read in _read_otherwise(skeleton.names):
+    lacking = any(role not in chosen for role in REQUIRED)
+    for read in _read_otherwise(skeleton.names) if lacking else ():
         if all(role in chosen for role in REQUIRED):
             break
         plain = _numbers([_SPELT.get(name, name) for name in read], skeleton)

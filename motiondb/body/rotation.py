@@ -110,13 +110,13 @@ def from_euler(angles: ArrayLike, order: str) -> FloatArray:
     """Rotation (..., 4) of Euler angles (..., n), degrees: R_order[0] R_order[1] ..."""
     half = np.deg2rad(np.asarray(angles, dtype=float)) / 2.0
     cosine, sine = np.cos(half), np.sin(half)
-    q = np.broadcast_to(IDENTITY, (*half.shape[:-1], 4))
+    q = [np.full(half.shape[:-1], each) for each in IDENTITY]
     for n, axis in enumerate(order.upper()):
-        turn = np.zeros((*half.shape[:-1], 4))
-        turn[..., 0] = cosine[..., n]
-        turn[..., 1 + "XYZ".index(axis)] = sine[..., n]
-        q = turn if n == 0 else multiply(q, turn)
-    return q
+        c, s, i = cosine[..., n], sine[..., n], "XYZ".index(axis)
+        # q (c + s i): each of two pairs of numbers turns by itself
+        for k, m in ((0, 1 + i), (1 + (i + 2) % 3, 1 + (i + 1) % 3)):
+            q[k], q[m] = q[k] * c - q[m] * s, q[k] * s + q[m] * c
+    return np.stack(q, axis=-1)
 
 
 def to_euler(q: FloatArray, order: str) -> FloatArray:

@@ -263,9 +263,11 @@ def upright(points: FloatArray) -> dict[str, float]:
 
 def _held(points: FloatArray, fps: float) -> tuple[dict[str, float], dict[str, float]]:
     """For each axis the share of frames in which still points carry the body, and its ground."""
-    known = np.isfinite(points).all(axis=2)
-    points = points[:, known.mean(axis=0) > 0.5]  # roles that the skeleton lacks are all NaN
-    points = points[np.isfinite(points).all(axis=(1, 2))]
+    known = np.asarray(np.isfinite(points).all(axis=2))
+    joints = known.mean(axis=0) > 0.5  # roles that the skeleton lacks are all NaN
+    frames = known[:, joints].all(axis=1)
+    points = points if frames.all() else points[frames]
+    points = points if joints.all() else points[:, joints]
     if points.size == 0:
         return dict.fromkeys(UPS, 0.0), dict.fromkeys(UPS, 0.0)
     lag = min(max(1, round(fps / 15.0)), len(points) - 1)

@@ -193,7 +193,7 @@ def skeleton_path(path: Path | str, skeleton: Path | str | None = None) -> Path 
         return Path(skeleton)
     if path.suffix.lower() != ".amc":
         return _model_beside(path)
-    beside = sorted(p for p in _children(path.parent) if p.suffix.lower() == ".asf")
+    beside = [p for p in _skeletons(path.parent) if p.suffix.lower() == ".asf"]
     named = [asf for asf in beside if _begins_with(path.stem, asf.stem)]
     if named:
         return max(named, key=lambda asf: (len(asf.stem), path.stem.startswith(asf.stem)))
@@ -242,12 +242,7 @@ def _model_beside(path: Path) -> Path | None:
     folders = [path.parent]
     if path.suffix.lower() in (".mot", ".sto"):
         folders += [path.parent.parent / name for name in ("Model", "Models")]
-    beside = list[Path]()
-    for folder in folders:
-        try:
-            beside += _beside(folder, folder.stat().st_mtime_ns)
-        except OSError:
-            continue
+    beside = [found for folder in folders for found in _skeletons(folder)]
     endings = WITH_SKELETON[path.suffix.lower()]
     models = [p for p in beside if p.suffix.lower() in endings and p.suffix.lower() != ".txt"]
     named = [model for model in models if _begins_with(path.stem, model.stem)]
@@ -258,16 +253,24 @@ def _model_beside(path: Path) -> Path | None:
     return next((texts[name] for name in wanted if name in texts), None)
 
 
+def _skeletons(folder: Path) -> tuple[Path, ...]:
+    """Return the skeletons, models and lists of names in a folder, sorted."""
+    try:
+        return _beside(folder, folder.stat().st_mtime_ns)
+    except OSError:
+        return ()
+
+
 @lru_cache(maxsize=64)
 def _beside(folder: Path, _changed: int) -> tuple[Path, ...]:
-    """Return the models and lists of names in a folder, which was changed at a time."""
+    """As :func:`_skeletons`, of a folder that was changed at a time."""
     from motiondb.files.readers.first_bytes import is_model
 
     found = []
     for path in sorted(_children(folder)):
         name = path.name.lower()
         is_robot = path.suffix.lower() in (*_MODELS, ".osim") and is_model(_start(path))
-        if is_robot or name in NAME_FILES or name.endswith(".joints.txt"):
+        if is_robot or name in NAME_FILES or name.endswith((".asf", ".joints.txt")):
             found.append(path)
     return tuple(found)
 

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from motiondb.errors import CaptureError
-from motiondb.records import FloatArray, IntArray
+from motiondb.records import FloatArray
 
 Faults = list[tuple[int | None, str]]  # (line number or None, sentence) for every fault
 
@@ -28,11 +28,6 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 MAX_DIGITS = 100
 """Characters of a number. Exact float64 values have up to 25; the time to read a number grows with
 the square of its length."""
-_NUMERIC = b"0123456789+-.eE"
-_PART = 4_000_000
-"""Characters that are split into values at a time. Places of values take more memory than their
-text, so a large file is converted in parts of a size that does not show."""
-_IS_SPACE = np.isin(np.arange(256), list(b" \t\n\r\v\f"))  # (256,): by character, as bytes.split
 
 
 def clean_bytes(data: bytes, path: object) -> bytes:
@@ -66,18 +61,6 @@ def line_number(data: bytes, offset: int) -> int:
     return data.count(b"\n", 0, offset) + 1
 
 
-def count_values(block: bytes) -> tuple[IntArray, IntArray]:
-    """Count the values on each line that has any; result (rows,)."""
-    characters = np.frombuffer(block, np.uint8)
-    starts = characters > 32
-    starts[1:] &= characters[:-1] <= 32
-    ends = np.append(np.flatnonzero(characters == 10), len(characters) - 1)
-    totals = np.searchsorted(np.flatnonzero(starts), ends, side="right")
-    counts = np.diff(totals, prepend=0) if len(characters) else np.zeros(0, np.int64)
-    lines = np.flatnonzero(counts)
-    return lines, counts[lines]
-
-
 def read_number_block(
     block: bytes, first_line: int, width: int, expected: str, skip_bad: bool
 ) -> tuple[FloatArray, Faults]:
@@ -91,14 +74,16 @@ def read_number_block(
     `expected`: What a frame holds, for messages, such as "63 values (6 for the root, 57 for 19
     joints)".
     """
+    from motiondb.files.number_words import count_values, read_words  # compiled code
+
     lines, counts = count_values(block)
     good = counts == width
     total = int(counts.sum())
     several = len(lines) > total / max(width, 1) and total % max(width, 1) == 0
     wrapped = not good.all() and several and counts.max() <= width and not skip_bad
     if good.all() or wrapped:
-        values = read_numbers(block)
-        if values is not None and len(values) == total:
+        values = read_words(block)[2]
+        if len(values) == total and not np.isnan(values).any():
             return values.reshape(-1, width), []
     rows, faults = [], []
     text_lines = block.split(b"\n")
@@ -109,50 +94,6 @@ def read_number_block(
         if fault:
             faults.append((first_line + line, fault))
     return np.array(rows, dtype=float).reshape(-1, width), faults
-
-
-def read_numbers(block: bytes) -> FloatArray | None:
-    """Read values (values,) between white space; None if one is no finite number.
-
-    >>> read_numbers(b"1 -2.5e0"), read_numbers(b"1_0"), read_numbers(b"nan")
-    (array([ 1. , -2.5]), None, None)
-    """
-    parts = []
-    start = 0
-    while start < len(block):
-        end = start + _PART
-        while end < len(block) and block[end] > 32:
-            end += 1
-        part = to_numbers(block[start:end], words_in(block[start:end])[1])
-        if part is None:
-            return None
-        parts.append(part)
-        start = end
-    return np.concatenate(parts) if parts else np.zeros(0)
-
-
-def words_in(block: bytes) -> tuple[IntArray, IntArray]:
-    """Where the words between white space begin, and their lengths: arrays (words,).
-
-    >>> words_in(b" 1.5  abc ")
-    (array([1, 6]), array([3, 3]))
-    """
-    is_space = np.ones(len(block) + 2, dtype=bool)
-    is_space[1:-1] = _IS_SPACE[np.frombuffer(block, dtype=np.uint8)]
-    edges = np.flatnonzero(is_space[1:] != is_space[:-1])
-    return edges[::2], edges[1::2] - edges[::2]
-
-
-def to_numbers(block: bytes, lengths: IntArray) -> FloatArray | None:
-    """Convert words of some lengths to finite numbers; None if one of them is none."""
-    if block.translate(None, _NUMERIC + b" \t\n\r\v\f") or lengths.max(initial=0) > MAX_DIGITS:
-        return None
-    try:
-        values = np.fromstring(block, sep=" ")
-    except (DeprecationWarning, ValueError):  # where such warnings are errors
-        return None
-    # "1-2" and "1.2.3" give two, and reading ends at "1e"
-    return values if len(values) == len(lengths) and np.isfinite(values).all() else None
 
 
 def shorten(faults: Faults) -> Faults:

@@ -27,7 +27,7 @@ from typing import Protocol
 
 import numpy as np
 
-from motiondb.body import body, features, retarget, rotation
+from motiondb.body import body, features
 from motiondb.records import DuplicateGroup, Float32Array, FloatArray, IntArray, Motion, Relation
 from motiondb.search.copy_outlines import (
     N_AXES,
@@ -88,10 +88,7 @@ class Library:
 
 def copy_poses(motion: Motion) -> Float32Array:
     """Joint positions relative to the pelvis and the heading: array (frames, 63), metres."""
-    positions, world = retarget.motion_positions(motion)
-    facing = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), -features.headings(world))
-    local = rotation.rotate(facing[:, None], positions - positions[:, :1])
-    return local.reshape(len(local), -1).astype(np.float32)
+    return features.seen_from_pelvis(motion).reshape(motion.n_frames, -1).astype(np.float32)
 
 
 def mirror_poses(poses: Float32Array) -> Float32Array:

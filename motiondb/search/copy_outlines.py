@@ -9,8 +9,12 @@ so that for one key at least |q_k - x_{o + k}|^2 < most / n. The outline of a po
 for each arm and each leg the sum of three joints divided by sqrt(3), which is an orthogonal
 projection, so that distances of outlines are never larger than those of poses. The frames of all
 takes are put into boxes, and these into larger boxes (a packed R-tree); around every key only the
-boxes are opened that a frame with |q_k - x|^2 < most / n can be in. There, (1) is tested on the
+boxes are opened that a frame with |q_k - x|^2 < s_k most / n can be in. There, (1) is tested on the
 outlines. What is left is compared by whole poses (:mod:`motiondb.search.copies`).
+
+The shares s_k >= 0, of which the sum is n, may be chosen: if no key is as near, (1) fails. They are
+large where few frames are, c_k^(-5/2) with c_k the number of some evenly spread frames near the
+key, so that almost nothing is opened around a key that stands as all do.
 
 The work for a capture grows with the number of frames that are as near to one of its keys as a copy
 would be, and not with all frames. Outlines are kept as integers of ``UNIT``; the bounds are wider
@@ -45,8 +49,10 @@ LIMBS = (
 N_AXES = 3 * len(LIMBS)  # Numbers of an outline
 _JOINTS = np.array([[body.INDEX[name] for name in limb] for limb in LIMBS])
 _ROUNDING = 2.0 * UNIT * np.sqrt(N_AXES)  # By which rounding may change a distance, metres
-RUN = 4  # Frames in a smallest box; affects only the time
+RUN = 2  # Frames in a smallest box; affects only the time
 FAN = 8  # Boxes in a box; affects only the time
+_WIDER = 1.0 + 1e-5  # By which single precision and sums may be wrong
+_SAMPLE = 256  # Frames by which it is guessed how many are near a key; affects only the time
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,8 +95,10 @@ class Boxes:
 
     outlines: Outlines
     order: Int32Array  # (boxes of level 0,): their numbers in time, as they are sorted in space
-    low: Int16Array  # (boxes, 12): smallest numbers of the outlines, level after level
-    high: Int16Array  # (boxes, 12): largest
+    low: Int16Array
+    """(boxes of boxes, 12 * FAN): smallest numbers of the outlines in the boxes of each, axis after
+    axis, level after level."""
+    high: Int16Array  # The same with the largest
     levels: IntArray  # (levels + 1,): where each level begins in ``low`` and ``high``
 
 
@@ -102,7 +110,7 @@ def make_boxes(outlines: Outlines, *, in_space: bool = True) -> Boxes:
     """
     limbs = outlines.limbs
     if not len(limbs):
-        none = np.zeros((0, N_AXES), dtype=np.int16)
+        none = np.zeros((0, N_AXES * FAN), dtype=np.int16)
         return Boxes(outlines, np.zeros(0, np.int32), none, none, np.zeros(2, np.int64))
     low, high = _around(limbs, limbs, RUN)
     order = np.arange(len(low), dtype=np.int32)
@@ -116,8 +124,15 @@ def make_boxes(outlines: Outlines, *, in_space: bool = True) -> Boxes:
         low, high = _around(lows[-1], highs[-1], FAN)
         lows.append(low)
         highs.append(high)
+    lows, highs = ([_by_axis(one) for one in rows] for rows in (lows, highs))
     levels = np.concatenate([[0], np.cumsum([len(one) for one in lows])]).astype(np.int64)
     return Boxes(outlines, order, np.concatenate(lows), np.concatenate(highs), levels)
+
+
+def _by_axis(rows: Int16Array) -> Int16Array:
+    """Rows (boxes, 12) of every ``FAN`` boxes, axis after axis; the last box fills up."""
+    filled = np.pad(rows, ((0, -len(rows) % FAN), (0, 0)), mode="edge")
+    return filled.reshape(-1, FAN, N_AXES).transpose(0, 2, 1).reshape(-1, N_AXES * FAN)
 
 
 @njit(cache=True, nogil=True)
@@ -230,47 +245,60 @@ def _search(  # noqa: PLR0913  one compiled search, box by box
     """
     found = [np.int64(0) for _ in range(0)]
     stack = np.empty((FAN * len(levels) + FAN, 2), np.int64)
-    top = len(levels) - 2
+    near = _shares(limbs, keys, one)
+    gaps = np.empty(FAN * keys.shape[1], np.float32)
     for k in range(len(frames)):
-        n_open = 0
-        for box in range(levels[top], levels[top + 1]):
-            stack[n_open] = top, box - levels[top]
-            n_open += 1
+        key, n_open = np.repeat(keys[k].astype(np.float32), FAN), 1
+        stack[0] = len(levels) - 2, 0
         while n_open:
             n_open -= 1
-            level, box = stack[n_open]
-            if _outside(low, high, levels[level] + box, keys, k, one):
-                continue
-            if level:
-                below = levels[level] - levels[level - 1]
-                for inner in range(FAN * box, min(FAN * box + FAN, below)):
-                    stack[n_open] = level - 1, inner
-                    n_open += 1
-                continue
-            first = int(order[box]) * RUN
-            for frame in range(first, min(first + RUN, len(limbs))):
-                start = frame - frames[k]
-                if start < 0 or _distance(limbs, frame, keys, k, one) >= one:
+            level, boxes = stack[n_open]
+            _far(low[levels[level] + boxes], high[levels[level] + boxes], key, gaps)
+            for inner in range(FAN):
+                box = FAN * boxes + inner
+                if gaps[inner] >= near[k] * _WIDER:
                     continue
-                take = np.searchsorted(bounds, start, side="right") - 1
-                if start + length <= bounds[take + 1] and _fits(limbs, start, keys, frames, k, one):
-                    found.append(np.int64(start))
+                if level:
+                    if box < levels[level] - levels[level - 1]:
+                        stack[n_open] = level - 1, box
+                        n_open += 1
+                    continue
+                first = int(order[box]) * RUN if box < len(order) else len(limbs)
+                for frame in range(first, min(first + RUN, len(limbs))):
+                    start = frame - frames[k]
+                    if start < 0 or _distance(limbs, frame, keys, k, near[k]) >= near[k]:
+                        continue
+                    take = np.searchsorted(bounds, start, side="right") - 1
+                    fits = start + length <= bounds[take + 1]
+                    if fits and _fits(limbs, start, keys, frames, k, near, one):
+                        found.append(np.int64(start))
     return np.array(found, dtype=np.int64)
 
 
 @njit(cache=True)
-def _outside(
-    low: Int16Array, high: Int16Array, box: int, keys: Int32Array, k: int, most: float
-) -> bool:
-    """Whether the squared distance of a key from a box is not less than ``most``."""
-    total = 0.0
-    for axis in range(keys.shape[1]):
-        value = keys[k, axis]
-        gap = float(max(np.int32(low[box, axis]) - value, value - np.int32(high[box, axis]), 0))
-        total += gap * gap
-        if total >= most:
-            return True
-    return False
+def _far(low: Int16Array, high: Int16Array, key: Float32Array, gaps: Float32Array) -> None:
+    """Squared distances of a key from ``FAN`` boxes, which become the first of the gaps.
+
+    Shapes: all (12 * FAN,): axis after axis, the key ``FAN`` times.
+    """
+    for n in range(len(low)):  # a loop that is compiled for vectors
+        gap = max(np.float32(low[n]) - key[n], key[n] - np.float32(high[n]), np.float32(0.0))
+        gaps[n] = gap * gap
+    for n in range(FAN, len(low)):
+        gaps[n % FAN] += gaps[n]
+
+
+@njit(cache=True)
+def _shares(limbs: Int16Array, keys: Int32Array, one: float) -> FloatArray:
+    """Squared distance (keys,) within which frames are looked at: in the mean ``one``."""
+    near, step = np.zeros(len(keys)), max(1, len(limbs) // _SAMPLE)
+    for k in range(len(keys)):
+        n_near = 0.01
+        for frame in range(0, len(limbs), step):
+            far = _distance(limbs, frame, keys, k, np.inf) / (2.0 * one)
+            n_near += 1.0 / (1.0 + far * far)
+        near[k] = n_near**-2.5
+    return near * (one * len(keys) * _WIDER / near.sum())
 
 
 @njit(cache=True)
@@ -292,13 +320,14 @@ def _fits(
     keys: Int32Array,
     frames: IntArray,
     k: int,
+    near: FloatArray,
     one: float,
 ) -> bool:
     """Whether all keys together are near, and no key before ``k`` alone was near enough."""
     total, every = 0.0, one * len(frames)
     for other in range(len(frames)):
         distance = _distance(limbs, start + frames[other], keys, other, every)
-        if other < k and distance < one:
+        if other < k and distance < near[other]:
             return False
         total += distance
         if total >= every:

@@ -33,8 +33,6 @@ from motiondb.files.text import (
     number,
     quoted,
     shorten,
-    to_numbers,
-    words_in,
 )
 from motiondb.records import Clip, FloatArray
 
@@ -158,29 +156,26 @@ def _read_fast(block: bytes, layout: Layout) -> tuple[FloatArray | None, FloatAr
 
     The table is None if a frame differs from the first or a value is not a finite number.
     """
+    from motiondb.files.number_words import read_words  # compiled code
+
     text = np.frombuffer(block, dtype=np.uint8)
-    starts, lengths = words_in(block)
+    starts, ends, values = read_words(block)
     nothing = np.zeros(0)
     stride = 1 + sum(1 + count for _, count in layout)
     if not len(starts) or len(starts) % stride:
         return None, nothing
-    starts, lengths = starts.reshape(-1, stride), lengths.reshape(-1, stride)
-    numbers, is_value, place = text.copy(), np.ones(stride, dtype=bool), 1
+    starts, ends = starts.reshape(-1, stride), ends.reshape(-1, stride)
+    is_value, place = np.ones(stride, dtype=bool), 1
     for name, count in layout:
         expected = np.frombuffer(name.encode(), dtype=np.uint8)
-        if (lengths[:, place] != len(expected)).any():
+        if (ends[:, place] - starts[:, place] != len(expected)).any():
             return None, nothing
-        letters = starts[:, place, None] + np.arange(len(expected))
-        if (text[letters] != expected).any():
+        if (text[starts[:, place, None] + np.arange(len(expected))] != expected).any():
             return None, nothing
-        numbers[letters] = ord(" ")
         is_value[place] = False
         place += 1 + count
-    values = to_numbers(numbers.tobytes(), lengths[:, is_value].ravel())
-    if values is None:
-        return None, nothing
-    table = values.reshape(len(starts), -1)
-    return np.ascontiguousarray(table[:, 1:]), table[:, 0]
+    table = values.reshape(-1, stride)[:, is_value]
+    return (None, nothing) if np.isnan(table).any() else (table[:, 1:], table[:, 0])
 
 
 def _read_slow(block: bytes, line: int, layout: Layout) -> tuple[FloatArray, Faults]:

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from motiondb import store
-from motiondb.body import body
+from motiondb.body import body, rotation
 from motiondb.errors import QueryError, StoreError
 from motiondb.files import packed_files
 from motiondb.records import POSE_STEP, Caption, Relation
@@ -247,16 +247,30 @@ def test_runs_tell_what_made_a_row(database: store.Store) -> None:
 
 
 @pytest.mark.parametrize("n_frames", [0, 1, 2, 300])
-@pytest.mark.parametrize("kind", ["floats", "multiples", "large multiples"])
+@pytest.mark.parametrize("kind", ["floats", "multiples", "large multiples", "turns"])
 def test_packed_poses_are_the_same_bit_by_bit(n_frames: int, kind: str) -> None:
     poses = np.random.default_rng(0).normal(size=(n_frames, POSE_SIZE)).astype(np.float32)
+    if kind == "turns":
+        poses[:, 3:] = rotation.normalize(poses[:, 3:].reshape(-1, 21, 4)).reshape(-1, 84)
     if kind == "floats":
         poses[:, 3] *= 1e38
         poses[:, 5] *= 1e-42
         poses[n_frames // 2 :, 4] = -0.0
     else:
         poses = (np.rint(poses / POSE_STEP) * POSE_STEP).astype(np.float32)
-        poses[:, 0] += 16_000.0 if kind == "multiples" else 17_000.0
-    assert pack_poses(poses).startswith(b"\1") == (n_frames == 0 or kind == "multiples")
+        poses[:, 0] += 17_000.0 if kind == "large multiples" else 16_000.0
+    assert pack_poses(poses).startswith(b"\2") == (n_frames == 0 or kind in ("multiples", "turns"))
     unpacked = unpack_poses(pack_poses(poses))
     assert (unpacked.shape, unpacked.tobytes()) == (poses.shape, poses.tobytes())
+
+
+def test_poses_that_were_packed_with_w_are_read() -> None:
+    whole = np.array([[3, -2], [131072, 131000]])
+    numbers = np.zeros((POSE_SIZE, 2), np.int32)
+    numbers[[0, 3]] = whole
+    second = np.zeros_like(numbers)
+    second[[0, 3]] = [[3, -8], [131072, -131144]]
+    turned = (second << 1) ^ (second >> 31)
+    planes = turned.reshape(-1).view(np.uint8).reshape(-1, 4).T
+    poses = unpack_poses(b"\1" + zlib.compress(np.ascontiguousarray(planes).tobytes()))
+    assert (numbers * POSE_STEP == poses.T).all()

@@ -26,6 +26,7 @@ RELEASED = {
     8: "8f8446fdeb3a6a4ebd37ff69aa0c57bf1a7b021f288ba9f0d822994c238910d5",
     9: "c2e7b01a1ffe435108e741ee72cce2b398cae8db10faeb6171ce0deb5e9a67ae",
     10: "c2e7b01a1ffe435108e741ee72cce2b398cae8db10faeb6171ce0deb5e9a67ae",
+    11: "c2e7b01a1ffe435108e741ee72cce2b398cae8db10faeb6171ce0deb5e9a67ae",
 }
 """Version -> SHA-256 of the SQL of its tables, without comments. A further version gets a row, and
 a row never changes after its release: write a migration instead."""
@@ -107,7 +108,7 @@ _WITHOUT_PLACES = """
     ALTER TABLE source DROP data_at;
     ALTER TABLE source DROP skeleton_data_at;
     UPDATE meta SET value = '5' WHERE key = 'schema';
-"""  # From the tables of version 10 to those of version 5
+"""  # From the tables of version 11 to those of version 5
 _FORMER_SEGMENTS = """
     ALTER TABLE segment ADD COLUMN ordinal BIGINT;
     UPDATE segment SET ordinal = n FROM (SELECT capture_id AS c, start_frame AS f,
@@ -207,14 +208,14 @@ def test_a_failing_migration_leaves_the_version_before(
 def test_a_newer_database_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "m.duckdb"
     with store.open_store(path) as database:
-        database.connection.execute("UPDATE meta SET value = '11' WHERE key = 'schema'")
+        database.connection.execute("UPDATE meta SET value = '12' WHERE key = 'schema'")
         database.connection.execute("UPDATE meta SET value = '3.1' WHERE key = 'created_by'")
     for read_only in (False, True):
         with pytest.raises(StoreError) as error:
             store.open_store(path, read_only=read_only)
         assert str(error.value) == (
             f"{path}: expected a schema of version {TODAY} or below, which motiondb "
-            f"{migrations.motiondb_version()} reads, found version 11, written by motiondb 3.1. "
+            f"{migrations.motiondb_version()} reads, found version 12, written by motiondb 3.1. "
             "Install that version of motiondb or a newer one."
         )
 
