@@ -106,7 +106,8 @@ class SceneArrays(NamedTuple):
     total: FloatArray  # (5,): -log P(Y), and its parts: rules, smoothness, collision, effort
     now: Changing  # The arrays above
     kept: Changing  # What they held before the last change of a player
-    last: IntArray  # (1,), int: the player who was changed last, or -1
+    # (2,), int: the player who was changed last, or -1, and from which grid point, or -1 for none
+    last: IntArray
     n_clips: IntArray  # (P,), int: number of clips of every player
     near: IntArray  # (P, P), int: 1 if two are meant to touch
     scale: FloatArray  # (4,): 1 / w_2, 1 / w_3, 1 / w_4, excess
@@ -152,7 +153,7 @@ def empty_scene(
         *now,
         now=now,
         kept=Changing._make(array.copy() for array in now),
-        last=np.full(1, -1),
+        last=np.array([-1, -1]),
         n_clips=np.array([len(player.entries) for player in players]),
         near=_near(table, n),
         scale=np.array([*scale, excess]),
@@ -240,14 +241,33 @@ def place_of(
 @compiled
 def place_string(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> None:
     """Place everything after clip ``k`` (-1: everything) of a player; update seams and grid."""
-    n, since, every = scene.n_clips[player], max(k, 0), scene.every[0]
-    entry, begin, placed = scene.entry[player], scene.begin[player], scene.placed[player]
-    chain(placed, begin, entry, library.clips, since, n)
+    place_clips(scene, library, player, k)
+    place_grid(scene, library, player, k, first_point(scene, player, k))
+
+
+@compiled
+def place_clips(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> None:
+    """Place everything after clip ``k`` (-1: everything) of a player; update seams, not the grid."""
+    n, since = scene.n_clips[player], max(k, 0)
+    entry = scene.entry[player]
+    chain(scene.placed[player], scene.begin[player], entry, library.clips, since, n)
     for m in range(max(since, 1), n if k < 0 else min(k + 2, n)):
         before, after = library.clips[entry[m - 1]].seam, library.clips[entry[m]].seam
         scene.seams[player, m] = library.seams[before, after]
+
+
+@compiled
+def first_point(scene: SceneArrays, player: int, k: int) -> int:
+    """Return the first point of a player's grid that a change of clip ``k`` (-1: of all) moves."""
+    return 0 if k < 0 else int(-(-scene.begin[player, k] // scene.every[0]))
+
+
+@compiled
+def place_grid(scene: SceneArrays, library: ClipArrays, player: int, k: int, g: int) -> None:
+    """Fill a player's grid from point ``g`` on, from the places of clip ``k`` and the later ones."""
+    n, since, every = scene.n_clips[player], max(k, 0), scene.every[0]
+    entry, begin, placed = scene.entry[player], scene.begin[player], scene.placed[player]
     grid = scene.grid[player]
-    g = 0 if k < 0 else -(-begin[k] // every)  # the first that can change
     while g * every < begin[0]:
         grid[g, 0], grid[g, 1], grid[g, 2] = placed[0, 0], placed[0, 1], placed[0, 2]
         g += 1

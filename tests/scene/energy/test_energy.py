@@ -233,7 +233,7 @@ def changed(scene, library, rng) -> tuple[float, Callable[[], None]]:
     if way < 0.6:
         return energies.swap(scene, library, player, k, entry), back
     if way < 0.7:
-        return energies.move(scene, library, player, x + dx, z + dz, theta + turn), back
+        return energies.move(scene, library, player, (x + dx, z + dz, theta + turn)), back
     if way < 0.8:
         return energies.shift(scene, library, player, delay), back
     origin = (x + dx, z + dz, theta + turn)
