@@ -78,7 +78,7 @@ from motiondb.scene.language.tactics import Diagram, aligned
 # The semantic rules of a scene in one table of numbers for compiled code.
 
 
-POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE, UNMET = range(6)
+POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE, UNMET, ORDER = range(7)
 AT_START, AT_END, AT_EVENT, THROUGHOUT, ON_THE_WAY = range(5)
 POINT, HEADING = -1, -2
 
@@ -90,6 +90,9 @@ KINDS: dict[type, int] = {
     LineRule: LINE,
 }  # Number of each kind of rule
 
+ORDER_WEIGHT, THROUGH_WEIGHT = 0.5, 0.05
+"""c_k of a step that comes too late, s, and of a way through a table, a share of the frames. Chosen
+by hand."""
 UNMET_WEIGHT = 0.1  # c_k of a rule whose role nobody fills: it costs 10, like a broken distance
 
 ROW = np.dtype(
@@ -128,6 +131,11 @@ class RuleTable:
 
     Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
     Forum 35 (2016), section 3.1.
+
+    Beside the rules there are wishes, which only the sampling weighs, and which the report tells in
+    other words if they are not fulfilled: nobody walks through what stands on the ground, and
+    (ORDER) action ``first`` of the player begins before action ``partner_first`` of the player
+    ``target`` ends, because the diagram draws it in an earlier step.
     """
 
     players: tuple[str, ...]  # Names in the order of the diagram; the rows hold their indices
@@ -148,6 +156,12 @@ class RuleTable:
     annotations: tuple[Annotation, ...] = ()  # The rules of the grammar
     # The step of the diagram, the player and the actions [first, last) of every item
     steps: tuple[tuple[int, int, int, int], ...] = ()
+    wishes: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, ROW))
+
+    @property
+    def weighed(self) -> RuleTable:
+        """The table with its wishes as rows, for the sampling."""
+        return replace(self, rows=np.concatenate([self.rows, self.wishes]))
 
 
 _MOMENTS = {START: AT_START, END: AT_END, THROUGHOUT_NAME: THROUGHOUT, PATH: ON_THE_WAY}
@@ -251,14 +265,48 @@ class Binder:
             self.diagram,
             self.grammar.annotations,
             tuple(self._steps(strings)),
+            np.array([*self._orders(strings), *self._ways(strings)], dtype=ROW),
         )
+
+    def _orders(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
+        """Yield for any two players that one begins a step before the other ends a later one.
+
+        Of several that say the same the narrowest is enough.
+        """
+        of: list[list[tuple[int, int, int]]] = [[] for _ in strings]
+        for step, player, first, last in self._steps(strings):
+            of[player].append((step, first, last - 1))
+        for one, other in permutations(range(len(strings)), 2):
+            before: dict[int, int] = {}
+            for later, _, last in of[other]:
+                begins = [first for step, first, _ in of[one] if step < later]
+                if begins:
+                    before.setdefault(begins[-1], last)
+            for first, last in before.items():
+                yield _wish(ORDER, (one, first, first + 1), AT_START, (other, 0.0, 0.0), 0.0, last)
+
+    def _ways(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
+        """Yield that nobody walks through what stands on the ground, unless a rule leads there."""
+        for place in self._grounded.values():
+            if place.at is None or not place.is_in_the_way:
+                continue
+            at, near = (POINT, place.at.x, place.at.z), place.width / 2.0
+            for player, string in enumerate(strings):
+                rows = np.array([row for row in string.rows if row], dtype=ROW)
+                there = (rows["kind"] == DISTANCE) & (rows["target"] == POINT)
+                there &= (rows["x"] == at[1]) & (rows["z"] == at[2]) & (rows["far"] < near + 0.1)
+                if not there.any():
+                    whole = player, 0, len(string.actions)
+                    yield _wish(DISTANCE, whole, THROUGHOUT, at, near)
 
     def _steps(self, strings: Sequence[BoundString]) -> Iterator[tuple[int, int, int, int]]:
         """Yield the step of every drawn item, its player, and its actions [first, last)."""
         for player, string in enumerate(strings):
             for item, (first, last) in zip(self.items[player], string.spans, strict=True):
                 if item.element >= 0:
-                    yield self.diagram.elements[item.element].step, player, first, last
+                    element = self.diagram.elements[item.element]
+                    caught = element.caught if element.player != self.names[player] else 0
+                    yield caught or element.step, player, first, last
 
     def _timed(self, strings: Sequence[BoundString]) -> Iterator[_Stretch]:
         """Yield the synchronisations of steps of which the diagram says how far they are apart."""
@@ -487,6 +535,20 @@ class Binder:
             to = (item.other if item else "") or self.diagram.partner_of(self.names[player])
             found.append((k, step, self._number.get(to, -1)))
         return found
+
+
+def _wish(
+    kind: int,
+    actions: tuple[int, int, int],
+    moment: int,
+    target: _Resolved,
+    near: float,
+    last: int = -1,
+) -> tuple[float, ...]:
+    """Return a row that only the sampling weighs."""
+    weight = ORDER_WEIGHT if kind == ORDER else THROUGH_WEIGHT
+    bounds = POINT, 0.0, 0.0, near, math.inf, 0.0
+    return (kind, *actions, moment, 0.0, *target, *bounds, -1, last, last, weight)
 
 
 def bind(

@@ -20,6 +20,7 @@ from motiondb.scene.energy.binding import (
     HEADING,
     LINE,
     ON_THE_WAY,
+    ORDER,
     SYNCHRONISATION,
     THROUGHOUT,
     UNMET,
@@ -27,6 +28,9 @@ from motiondb.scene.energy.binding import (
 from motiondb.scene.energy.placement import ClipArrays, compiled, place_in_clip
 from motiondb.scene.energy.scene_arrays import SceneArrays, place_of
 from motiondb.scene.language.semantic_rules import PASS_SPEED, SMALLEST
+
+EARLIER = 6
+"""Frames by which somebody begins a step before another ends a later one: polishing moves both."""
 
 
 @compiled
@@ -189,6 +193,10 @@ def rule_value(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, 
     if row.kind == SYNCHRONISATION:
         value, meant = _synchronisation(scene, library, r)
         return value, -1, meant
+    if row.kind == ORDER:
+        end = scene.begin[row.target, row.partner_first + 1]
+        late = scene.begin[row.player, row.first] + EARLIER - end
+        return max(late, 0) / MOTION_FPS, end, -1
     if row.moment == THROUGHOUT:
         value, seen = _throughout(scene, r)
         return value, seen, -1

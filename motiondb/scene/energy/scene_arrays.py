@@ -12,11 +12,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import FloatArray, IntArray
-from motiondb.scene.energy.binding import AT_EVENT, AT_START, SYNCHRONISATION, UNMET, RuleTable
+from motiondb.scene.energy.binding import AT_EVENT, AT_START, UNMET, RuleTable
 from motiondb.scene.energy.placement import (
     ClipArrays,
     chain,
@@ -134,7 +135,7 @@ def empty_scene(
     n, most = len(players), max(len(player.entries) for player in players)
     longest = _longest(state, library) + max(MOST_DELAY, *(p.delay for p in players))
     n_grid, n_rules = longest // every + 2, len(table.rows)
-    depends, depends_first = _dependencies(table)
+    depends, depends_first = _dependencies(table.rows, table.partners, n)
     scale = [1.0 / weight for weight in (weights.smooth, weights.collision, weights.effort)]
     now = Changing(
         entry=np.zeros((n, most), np.int64),
@@ -201,26 +202,30 @@ def _near(table: RuleTable, n: int) -> IntArray:
     return near
 
 
-def _dependencies(table: RuleTable) -> tuple[IntArray, IntArray]:
+@njit(cache=True, nogil=True)
+def _dependencies(
+    rows: NDArray[np.void], partners: IntArray, n_players: int
+) -> tuple[IntArray, IntArray]:
     """Return for every player the rules that depend on them, and their reach; see SceneArrays."""
-    of: list[dict[int, int]] = [{} for _ in table.players]
-    names = ("kind", "player", "first", "last", "moment", "target", "other", "partner")
-    columns = [table.rows[name].tolist() for name in names]
-    for number, (kind, player, first, last, moment, *others, partner) in enumerate(zip(*columns)):
-        if kind == UNMET:
-            continue
-        if kind == SYNCHRONISATION:
-            row = table.rows[number]
-            meant = table.partners[row["partner_first"] : row["partner_last"]]
-            of[partner][number] = int(meant.max()) + 1
-        for looked_at in others:
-            if looked_at >= 0:
-                of[looked_at][number] = ANY_TIME
-        reach = {AT_START: first, AT_EVENT: first + 1}.get(moment, last)
-        of[player][number] = max(reach, of[player].get(number, 0))
-    pairs = [pair for rules in of for pair in rules.items()]
-    ends = np.cumsum([0, *(len(rules) for rules in of)])
-    return np.array(pairs, dtype=np.int64).reshape(-1, 2), ends.astype(np.int64)
+    reach = np.full((n_players, len(rows)), ANY_TIME - 1)
+    for r in range(len(rows)):
+        row = rows[r]
+        if row.kind != UNMET:
+            for n in range(row.partner_first, row.partner_last):
+                reach[row.partner, r] = max(reach[row.partner, r], partners[n] + 1)
+            for looked_at in (row.target, row.other):
+                if looked_at >= 0:
+                    reach[looked_at, r] = ANY_TIME
+            own = row.last
+            if row.moment in (AT_START, AT_EVENT):
+                own = row.first + int(row.moment == AT_EVENT)
+            reach[row.player, r] = max(own, reach[row.player, r])
+    found = np.argwhere(reach >= ANY_TIME)
+    pairs, ends = np.empty_like(found), np.zeros(n_players + 1, np.int64)
+    for n in range(len(found)):
+        pairs[n] = found[n, 1], reach[found[n, 0], found[n, 1]]
+        ends[found[n, 0] + 1 :] += 1
+    return pairs, ends
 
 
 # Where the players of a scene are: their clips, the seams between them, and the grid.
@@ -247,7 +252,7 @@ def place_string(scene: SceneArrays, library: ClipArrays, player: int, k: int) -
 
 @compiled
 def place_clips(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> None:
-    """Place everything after clip ``k`` (-1: everything) of a player; update seams, not the grid."""
+    """Place what follows clip ``k`` (-1: everything) of a player; update seams, not the grid."""
     n, since = scene.n_clips[player], max(k, 0)
     entry = scene.entry[player]
     chain(scene.placed[player], scene.begin[player], entry, library.clips, since, n)
@@ -264,7 +269,7 @@ def first_point(scene: SceneArrays, player: int, k: int) -> int:
 
 @compiled
 def place_grid(scene: SceneArrays, library: ClipArrays, player: int, k: int, g: int) -> None:
-    """Fill a player's grid from point ``g`` on, from the places of clip ``k`` and the later ones."""
+    """Fill a player's grid from point ``g`` on, from the places of clip ``k`` and later ones."""
     n, since, every = scene.n_clips[player], max(k, 0), scene.every[0]
     entry, begin, placed = scene.entry[player], scene.begin[player], scene.placed[player]
     grid = scene.grid[player]

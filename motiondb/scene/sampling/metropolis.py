@@ -185,9 +185,7 @@ def room(u: float, temperature: float) -> float:
 
 
 @compiled
-def price(
-    scene: SceneArrays, how: Walk, player: int = 0, later: int = 0, longer: int = 0
-) -> float:
+def price(scene: SceneArrays, how: Walk, player: int = 0, later: int = 0, longer: int = 0) -> float:
     """Return the price of delays and frames if a player began ``later`` and took ``longer``."""
     waited, end = later, 0
     for p in range(len(scene.n_clips)):
@@ -220,9 +218,7 @@ def _exchange(
     old = scene.entry[player, k]
     new = uniform_entry(library, old, u[2])
     back = -math.log(how.errors[player, k] / total)
-    cost = price(
-        scene, how, player, 0, library.clips[new].n_frames - library.clips[old].n_frames
-    )
+    cost = price(scene, how, player, 0, library.clips[new].n_frames - library.clips[old].n_frames)
     limit = before + room(u[3], how.temperature) + how.temperature * back - cost
     now = swap(scene, library, player, k, new, limit) + cost
     if now == math.inf:

@@ -272,6 +272,28 @@ def test_incremental_energies_are_those_from_nothing(wandering, seed, name, ever
     assert scene.total[0] == pytest.approx(twin.total, abs=1e-6)
 
 
+def test_a_change_above_its_limit_is_infinite_and_others_are_whole(wandering) -> None:
+    rng = np.random.default_rng(4)
+    state, library, table = random_scene(wandering, "give-and-go", rng)
+    arrays = clip_arrays(library)
+    scene = energies.scene_arrays(state, arrays, table, WEIGHTS)
+    refused = 0
+    for _ in range(300):
+        player = int(rng.integers(len(scene.n_clips)))
+        k = int(rng.integers(scene.n_clips[player]))
+        clip = arrays.clips[scene.entry[player, k]]
+        entry = int(rng.integers(clip["first"], clip["last"]))
+        energy_then = energies.swap(scene, arrays, player, k, entry)
+        energies.undo(scene)
+        limit = energy_then + rng.normal(0.0, 100.0)
+        actual = energies.swap(scene, arrays, player, k, entry, limit)
+        assert actual == energy_then or (math.isinf(actual) and energy_then > limit)
+        refused += math.isinf(actual)
+        energies.undo(scene)
+        assert energies.evaluate(scene, arrays) == pytest.approx(scene.total[0])
+    assert refused > 50
+
+
 def test_what_is_taken_back_was_never_there(wandering) -> None:
     """All arrays but the notes of what to take back are as before."""
     rng = np.random.default_rng(8)
