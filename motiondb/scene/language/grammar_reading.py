@@ -394,7 +394,9 @@ class GrammarReading(Reading):
     def _answers(self, symbols: Tokens, acts: Names, lag: Quantity | None) -> None:
         for symbol in symbols:
             for act in acts:
-                self.once(symbol, ("answers", str(symbol), act), f"once that {symbol} answers {act}")
+                self.once(
+                    symbol, ("answers", str(symbol), act), f"once that {symbol} answers {act}"
+                )
         self.answers.append(Answers(tuple(map(str, symbols)), acts, lag[0] if lag else 0.0))
 
     # the activity

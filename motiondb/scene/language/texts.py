@@ -253,7 +253,9 @@ class Reading:
             self.fail(token, what, advice)
         self.said[key] = token.line or 0
 
-    def unknown(self, token: Token, what: str, known: Collection[str], advice: str = "") -> NoReturn:
+    def unknown(
+        self, token: Token, what: str, known: Collection[str], advice: str = ""
+    ) -> NoReturn:
         """Refuse a name that is none of the known ones, and say which is spelt alike."""
         near = suggestion(token, known).strip() or advice or self.advice.get("NAME", "")
         self.fail(token, f"{what} ({', '.join(known)})", near)
