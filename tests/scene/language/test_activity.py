@@ -14,6 +14,7 @@ from motiondb.records import Motion
 from motiondb.scene.clips.clip_cutting import found_instant
 from motiondb.scene.energy.binding import DISTANCE, SYNCHRONISATION, UNMET, bind
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
+from motiondb.scene.language.activity import Thing
 from motiondb.scene.language.expressions import exact_actions, expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
@@ -22,7 +23,7 @@ from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import aligned
 from motiondb.scene.language.tactics_file import format_diagram, parse_diagram, read_diagram
 from motiondb.scene.services.casting import cast, check_times
-from motiondb.scene.thing.thing_acts import ThingActs, thing_acts
+from motiondb.scene.thing.thing_acts import Aim, Possession, ThingActs, thing_acts
 from motiondb.scene.thing.thing_flight import fly
 from motiondb.scene.timing.timeline import sampled_timeline
 
@@ -206,6 +207,24 @@ def test_what_is_struck_lies_and_is_in_nobodys_hands(wandering) -> None:
     assert set(ball.holder) == {-1}
     assert moved == [stand, stand]
     assert [(sent.frame, sent.target) for sent in ball.sent] == [(struck.until, "goal")]
+    stand.root_positions[struck.until - 5] = 2.0, 0.0, 0.0  # a limb is nearest to the cup then
+    assert [sent.frame for sent in fly(acts, [stand, stand])[0].sent] == [struck.until - 5]
+
+
+def test_what_is_sent_flies_to_who_takes_it_within_a_moment() -> None:
+    sent = Possession(0, 10, 10, left="send", aim=Aim("goal", (0.0, 1.0, 9.0), 3.0, True))
+    upright = np.zeros((90, 21, 4), np.float32)
+    upright[..., 0] = 1.0
+    stands = [Motion(upright, np.full((90, 3), z, np.float32)) for z in (0.0, 6.0)]
+    lies = Aim("spot", (0.0, 0.1, 0.5))
+    for since, misses in ((30, 0), (80, 1)):
+        acts = ThingActs((sent, Possession(1, since, 89)), Thing("ball"), lies)
+        ball, _ = fly(acts, stands)
+        assert len(ball.sent) == misses
+        assert ball.holder[since] == 1
+    caught, _ = fly(ThingActs((sent, Possession(1, 30, 89)), Thing("ball"), lies), stands)
+    ahead = np.diff(caught.positions[10:31, 2])
+    np.testing.assert_allclose(ahead, ahead[0])
 
 
 def test_a_time_that_is_asked_for_does_not_change_the_receiver(wandering) -> None:
