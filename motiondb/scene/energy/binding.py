@@ -269,21 +269,57 @@ class Binder:
         )
 
     def _orders(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
-        """Yield for any two players that one begins a step before the other ends a later one.
+        """Yield that players begin a step before others end a later one."""
+        for one, k, other, m in self._unlinked:
+            first, last = strings[one].spans[k][0], strings[other].spans[m][1] - 1
+            actions = one, first, first + 1
+            yield _wish(ORDER, actions, AT_START, (other, 0.0, 0.0), 0.0, last)
+
+    @cached_property
+    def _unlinked(self) -> tuple[tuple[int, int, int, int], ...]:
+        """Two players' items, the second of a later step, whose order no link of players ensures.
 
         Of several that say the same the narrowest is enough.
         """
-        of: list[list[tuple[int, int, int]]] = [[] for _ in strings]
-        for step, player, first, last in self._steps(strings):
-            of[player].append((step, first, last - 1))
-        for one, other in permutations(range(len(strings)), 2):
+        found = []
+        for one, other in permutations(range(len(self.items)), 2):
             before: dict[int, int] = {}
-            for later, _, last in of[other]:
-                begins = [first for step, first, _ in of[one] if step < later]
+            for m, later in enumerate(self.items[other]):
+                begins = [
+                    k
+                    for k, item in enumerate(self.items[one])
+                    if 0 < self._step(one, item) < self._step(other, later)
+                ]
                 if begins:
-                    before.setdefault(begins[-1], last)
-            for first, last in before.items():
-                yield _wish(ORDER, (one, first, first + 1), AT_START, (other, 0.0, 0.0), 0.0, last)
+                    before.setdefault(begins[-1], m)
+            found += [
+                (one, k, other, m)
+                for k, m in before.items()
+                if (other, m) not in self._linked_after(one, k)
+            ]
+        return tuple(found)
+
+    def _linked_after(self, player: int, k: int) -> set[tuple[int, int]]:
+        """Return the items that come after one, or with it, by links of players."""
+        done, waiting = set[tuple[int, int]](), [(player, k)]
+        while waiting:
+            here = player, k = waiting.pop()
+            if here in done or k >= len(self.items[player]):
+                continue
+            done.add(here)
+            item = self.items[player][k]
+            waiting.append((player, k + 1))
+            taken = any(self.grammar.activity.deed(a) == TAKE for a in item.actions)
+            if item.other_item >= 0 and not taken:  # what is taken was given before
+                waiting.append((self._number[item.other], item.other_item))
+        return done
+
+    def _step(self, player: int, item: Item) -> int:
+        """Return the step of an item of a player, 0 if it is not drawn."""
+        if item.element < 0:
+            return 0
+        element = self.diagram.elements[item.element]
+        return (element.caught if element.player != self.names[player] else 0) or element.step
 
     def _ways(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
         """Yield that nobody walks through what stands on the ground, unless a rule leads there."""
@@ -304,9 +340,7 @@ class Binder:
         for player, string in enumerate(strings):
             for item, (first, last) in zip(self.items[player], string.spans, strict=True):
                 if item.element >= 0:
-                    element = self.diagram.elements[item.element]
-                    caught = element.caught if element.player != self.names[player] else 0
-                    yield caught or element.step, player, first, last
+                    yield self._step(player, item), player, first, last
 
     def _timed(self, strings: Sequence[BoundString]) -> Iterator[_Stretch]:
         """Yield the synchronisations of steps of which the diagram says how far they are apart."""

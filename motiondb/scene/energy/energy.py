@@ -36,7 +36,7 @@ import math
 
 from motiondb.records import FloatArray
 from motiondb.scene.energy.binding import SYNCHRONISATION, THROUGHOUT, RuleTable
-from motiondb.scene.energy.placement import ClipArrays, clip_at, compiled, put_origin
+from motiondb.scene.energy.placement import ClipArrays, clip_at, compiled, inlined, put_origin
 from motiondb.scene.energy.rule_kernels import rule_value
 from motiondb.scene.energy.scene_arrays import (
     ANY_TIME,
@@ -71,7 +71,7 @@ _ROUND_OFF = 1e-9  # Relative error by which a sum of costs in another order may
 _ROUNDING = 1.0 - 1e-9  # Makes the skipped time of :func:`overlaps` shorter than any rounding error
 
 
-@compiled
+@inlined
 def _in_contact(scene: SceneArrays, library: ClipArrays, p: int, q: int, frame: int) -> bool:
     """Return whether two may touch at a frame: it is near the event of their contact.
 
@@ -89,7 +89,7 @@ def _in_contact(scene: SceneArrays, library: ClipArrays, p: int, q: int, frame: 
     return False
 
 
-@compiled
+@inlined
 def touch(scene: SceneArrays, library: ClipArrays, p: int, q: int, g: int) -> bool:
     """Return whether two players touch who should not, at point ``g`` of the grid."""
     i, j = min(g, scene.filled[p]), min(g, scene.filled[q])
@@ -103,7 +103,7 @@ def touch(scene: SceneArrays, library: ClipArrays, p: int, q: int, g: int) -> bo
     return True
 
 
-@compiled
+@inlined
 def overlaps(scene: SceneArrays, library: ClipArrays, p: int, q: int) -> int:
     """Return the number of grid points at which two players touch, until both have ended.
 
@@ -291,14 +291,14 @@ def _share_collisions(scene: SceneArrays, library: ClipArrays, errors: FloatArra
                 g += 1
 
 
-@compiled
+@inlined
 def _keep(scene: SceneArrays, player: int) -> None:
     """Save what a change of a player will overwrite, but for the grid."""
     _copy(scene, scene.now, scene.kept, player)
     scene.last[0], scene.last[1] = player, -1
 
 
-@compiled
+@inlined
 def _copy(scene: SceneArrays, source: Changing, goal: Changing, player: int) -> None:
     """Copy a player's clips and the costs of the rules that depend on them, but not the grid."""
     n = scene.n_clips[player]
@@ -317,7 +317,7 @@ def _copy(scene: SceneArrays, source: Changing, goal: Changing, player: int) -> 
         goal.total[a] = source.total[a]
 
 
-@compiled
+@inlined
 def _copy_grid(source: Changing, goal: Changing, player: int, since: int) -> None:
     """Copy a player's grid from a point on, and with whom they touch."""
     goal.filled[player] = source.filled[player]
@@ -362,7 +362,7 @@ def _refresh(scene: SceneArrays, library: ClipArrays, player: int, k: int, limit
     return _sum(scene, library)
 
 
-@compiled
+@inlined
 def _rest(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> float:
     """Place a player's clips; return the new cost of seams and of rules that do not change."""
     scale, n = scene.scale[0], scene.n_clips[player]
@@ -380,7 +380,7 @@ def _rest(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> float
     return least
 
 
-@compiled
+@inlined
 def _touched(scene: SceneArrays, player: int, k: int, i: int) -> bool:
     """Return whether a change of clip ``k`` (-1: of all) matters to row ``i`` of ``depends``."""
     r, reach = scene.depends[i]
@@ -388,7 +388,7 @@ def _touched(scene: SceneArrays, player: int, k: int, i: int) -> bool:
     return k < 0 or k < reach or (reach == ANY_TIME and scene.seen[r] >= since)
 
 
-@compiled
+@inlined
 def _set_rule(scene: SceneArrays, library: ClipArrays, r: int) -> None:
     value, scene.seen[r], scene.meant[r] = rule_value(scene, library, r)
     cost = value / scene.rows[r].weight
@@ -397,7 +397,7 @@ def _set_rule(scene: SceneArrays, library: ClipArrays, r: int) -> None:
     scene.cost[r] = cost
 
 
-@compiled
+@inlined
 def _sum(scene: SceneArrays, library: ClipArrays) -> float:
     """Sum the parts of -log P(Y); from scratch, so that rounding errors do not accumulate."""
     total = scene.total

@@ -25,7 +25,7 @@ from motiondb.scene.energy.binding import (
     THROUGHOUT,
     UNMET,
 )
-from motiondb.scene.energy.placement import ClipArrays, compiled, place_in_clip
+from motiondb.scene.energy.placement import ClipArrays, compiled, inlined, place_in_clip
 from motiondb.scene.energy.scene_arrays import SceneArrays, place_of
 from motiondb.scene.language.semantic_rules import PASS_SPEED, SMALLEST
 
@@ -33,14 +33,14 @@ EARLIER = 6
 """Frames by which somebody begins a step before another ends a later one: polishing moves both."""
 
 
-@compiled
+@inlined
 def wrapped(turn: float) -> float:
     """Return the size of a turn, radians in [0, pi]."""
     turn = abs(turn) % (2.0 * math.pi)
     return min(turn, 2.0 * math.pi - turn)
 
 
-@compiled
+@inlined
 def segment_distance(x: float, z: float, ax: float, az: float, bx: float, bz: float) -> float:
     """Return the distance of a point from the segment between two points, m."""
     dx, dz = bx - ax, bz - az
@@ -49,7 +49,7 @@ def segment_distance(x: float, z: float, ax: float, az: float, bx: float, bz: fl
     return math.hypot(x - ax - share * dx, z - az - share * dz)
 
 
-@compiled
+@inlined
 def moment_of(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int]:
     """Return the clip and the frame within it at which rule ``r`` looks (not for throughout)."""
     row = scene.rows[r]
@@ -63,7 +63,7 @@ def moment_of(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int
     return row.first, library.clips[entry[row.first]].event
 
 
-@compiled
+@inlined
 def _on_the_way(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int]:
     """Return the first frame at which a fraction of a sequence's distance has been covered."""
     row = scene.rows[r]
@@ -88,7 +88,7 @@ def _on_the_way(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, i
     return row.first, 0
 
 
-@compiled
+@inlined
 def _measure(
     kind: int,
     place: tuple[float, float, float],
@@ -128,7 +128,7 @@ def values_at(
         values[i] = _measure(kind, place, target, other, heading, bounds)
 
 
-@compiled
+@inlined
 def _throughout(scene: SceneArrays, r: int) -> tuple[float, int]:
     """Return the mean over the grid points of a rule's actions (the point before if none)."""
     row = scene.rows[r]
@@ -154,7 +154,7 @@ def _throughout(scene: SceneArrays, r: int) -> tuple[float, int]:
     return total / (g1 - g0), (g1 - 1) * every
 
 
-@compiled
+@inlined
 def lateness(scene: SceneArrays, library: ClipArrays, r: int, m: int) -> float:
     """Return the frames by which the partner's clip is later than synchronisation ``r`` asks."""
     row = scene.rows[r]
@@ -171,7 +171,7 @@ def lateness(scene: SceneArrays, library: ClipArrays, r: int, m: int) -> float:
     return float(scene.begin[row.partner, m] + theirs.event - time - lag * MOTION_FPS)
 
 
-@compiled
+@inlined
 def _synchronisation(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, int]:
     """Return f_synch, s, for the partner's clip that fulfils it best, and that clip."""
     row = scene.rows[r]
@@ -184,7 +184,7 @@ def _synchronisation(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[f
     return best, meant
 
 
-@compiled
+@inlined
 def rule_value(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, int, int]:
     """Return f of rule ``r``, the last frame at which it looks at others, the partner's clip."""
     row = scene.rows[r]

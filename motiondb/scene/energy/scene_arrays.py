@@ -23,6 +23,7 @@ from motiondb.scene.energy.placement import (
     chain,
     clip_at,
     compiled,
+    inlined,
     place_in_clip,
     put_origin,
 )
@@ -231,7 +232,7 @@ def _dependencies(
 # Where the players of a scene are: their clips, the seams between them, and the grid.
 
 
-@compiled
+@inlined
 def place_of(
     scene: SceneArrays, library: ClipArrays, player: int, frame: int
 ) -> tuple[float, float, float]:
@@ -250,7 +251,7 @@ def place_string(scene: SceneArrays, library: ClipArrays, player: int, k: int) -
     place_grid(scene, library, player, k, first_point(scene, player, k))
 
 
-@compiled
+@inlined
 def place_clips(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> None:
     """Place what follows clip ``k`` (-1: everything) of a player; update seams, not the grid."""
     n, since = scene.n_clips[player], max(k, 0)
@@ -261,13 +262,13 @@ def place_clips(scene: SceneArrays, library: ClipArrays, player: int, k: int) ->
         scene.seams[player, m] = library.seams[before, after]
 
 
-@compiled
+@inlined
 def first_point(scene: SceneArrays, player: int, k: int) -> int:
     """Return the first point of a player's grid that a change of clip ``k`` (-1: of all) moves."""
     return 0 if k < 0 else int(-(-scene.begin[player, k] // scene.every[0]))
 
 
-@compiled
+@inlined
 def place_grid(scene: SceneArrays, library: ClipArrays, player: int, k: int, g: int) -> None:
     """Fill a player's grid from point ``g`` on, from the places of clip ``k`` and later ones."""
     n, since, every = scene.n_clips[player], max(k, 0), scene.every[0]

@@ -69,8 +69,8 @@ def _asked(
     """Yield all distances of a diagram that do not depend on which of several actions is done."""
     kept = [one for one in diagram.stretches if one.other]
     for one in kept:
-        rule = DistanceRule(one.other, one.near, one.far)
-        yield _Asked(one.player, one.other, one.other, rule, kept=one)
+        bounds = DistanceRule(one.other, one.near, one.far)
+        yield _Asked(one.player, one.other, one.other, bounds, kept=one)
     for number in range(len(table.rows) - 2 * len(kept)):
         row, rule, n = table.rows[number], table.rules[number], int(table.items[number])
         if not isinstance(rule, DistanceRule) or row["kind"] != DISTANCE:

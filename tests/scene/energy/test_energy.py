@@ -25,6 +25,7 @@ from motiondb.scene.energy.binding import (
     HEADING,
     LINE,
     ON_THE_WAY,
+    ORDER,
     POSITION,
     SYNCHRONISATION,
     THROUGHOUT,
@@ -32,6 +33,7 @@ from motiondb.scene.energy.binding import (
     bind,
 )
 from motiondb.scene.energy.placement import clip_arrays
+from motiondb.scene.energy.rule_kernels import EARLIER
 from motiondb.scene.energy.scene_arrays import MOST_DELAY, PlayerState, SceneState, scene_state
 from motiondb.scene.language.semantic_rules import Weights
 from motiondb.scene.services import casting, services
@@ -65,7 +67,7 @@ def cast(name: str):
         validation = services.validate(grammar, string.split(), start)
         assert validation.allowed, validation.message
         trees[player] = validation.tree
-    table = bind(diagram, grammar, trees)
+    table = bind(diagram, grammar, trees).weighed
     return diagram, grammar, table, [trees[name] for name in table.players]
 
 
@@ -149,6 +151,10 @@ class Twin:
             return 1.0
         if row["kind"] == SYNCHRONISATION:
             return self.synchronisation(row)
+        if row["kind"] == ORDER:
+            begins = self.begins[row["player"]][row["first"]]
+            ends = self.begins[row["target"]][row["partner_first"] + 1]
+            return max(begins + EARLIER - ends, 0) / 30.0
         actual = []
         for frame in self.moments(row):
             x, z, theta = self.at(row["player"], frame)
