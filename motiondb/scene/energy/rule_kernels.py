@@ -29,6 +29,8 @@ from motiondb.scene.energy.placement import ClipArrays, compiled, inlined, place
 from motiondb.scene.energy.scene_arrays import SceneArrays, place_of
 from motiondb.scene.language.semantic_rules import PASS_SPEED, SMALLEST
 
+LATEST = 1.0
+"""Seconds from which on a step that comes too late is no worse: a search has to pass such scenes."""
 EARLIER = 6
 """Frames by which somebody begins a step before another ends a later one: polishing moves both."""
 
@@ -196,7 +198,7 @@ def rule_value(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, 
     if row.kind == ORDER:
         end = scene.begin[row.target, row.partner_first + 1]
         late = scene.begin[row.player, row.first] + EARLIER - end
-        return max(late, 0) / MOTION_FPS, end, -1
+        return min(max(late, 0) / MOTION_FPS, LATEST), end, -1
     if row.moment == THROUGHOUT:
         value, seen = _throughout(scene, r)
         return value, seen, -1

@@ -154,7 +154,7 @@ class Twin:
         if row["kind"] == ORDER:
             begins = self.begins[row["player"]][row["first"]]
             ends = self.begins[row["target"]][row["partner_first"] + 1]
-            return max(begins + EARLIER - ends, 0) / 30.0
+            return min(max(begins + EARLIER - ends, 0) / 30.0, 1.0)
         actual = []
         for frame in self.moments(row):
             x, z, theta = self.at(row["player"], frame)
