@@ -14,11 +14,10 @@ from itertools import pairwise
 import numpy as np
 
 from motiondb import store
-from motiondb.database.compiling import is_compiled
 from motiondb.database.grammars import grammar_asking
 from motiondb.database.grammars.grammar_editing import FORESIGHT
 from motiondb.database.loading import LearnedGrammar, load_learned_grammar
-from motiondb.database.values import seeded
+from motiondb.database.values import is_compiled, seeded
 from motiondb.errors import QueryError
 from motiondb.grammar import foresight
 from motiondb.grammar.cfg import context_free, parse

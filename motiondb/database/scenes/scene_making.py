@@ -21,11 +21,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from motiondb import store
-from motiondb.database.compiling import is_compiled
 from motiondb.database.loading import nearby_table
 from motiondb.database.scenes.scene_texts import GRAMMAR, SceneText, shipped
 from motiondb.database.session import Session
-from motiondb.database.values import seeded
+from motiondb.database.values import is_compiled, seeded
 from motiondb.errors import SceneError, suggestion
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.scene.clips import clip_cutting

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import IntArray
+from motiondb.scene.energy.step_orders import step_of, unlinked_orders
 from motiondb.scene.language.activity import (
     GIVE,
     OPPONENT,
@@ -81,6 +82,7 @@ from motiondb.scene.language.tactics import Diagram, aligned
 POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE, UNMET, ORDER = range(7)
 AT_START, AT_END, AT_EVENT, THROUGHOUT, ON_THE_WAY = range(5)
 POINT, HEADING = -1, -2
+_NOTHING = POINT, 0.0, 0.0  # A rule without a target, or without another end
 
 KINDS: dict[type, int] = {
     PositionRule: POSITION,
@@ -272,54 +274,14 @@ class Binder:
         """Yield that players begin a step before others end a later one."""
         for one, k, other, m in self._unlinked:
             first, last = strings[one].spans[k][0], strings[other].spans[m][1] - 1
-            actions = one, first, first + 1
-            yield _wish(ORDER, actions, AT_START, (other, 0.0, 0.0), 0.0, last)
+            yield (
+                *(ORDER, one, first, first + 1, AT_START, 0.0, other, 0.0, 0.0, *_NOTHING),
+                *(0.0, math.inf, 0.0, -1, last, last, ORDER_WEIGHT),
+            )
 
     @cached_property
     def _unlinked(self) -> tuple[tuple[int, int, int, int], ...]:
-        """Two players' items, the second of a later step, whose order no link of players ensures.
-
-        Of several that say the same the narrowest is enough.
-        """
-        found = []
-        for one, other in permutations(range(len(self.items)), 2):
-            before: dict[int, int] = {}
-            for m, later in enumerate(self.items[other]):
-                begins = [
-                    k
-                    for k, item in enumerate(self.items[one])
-                    if 0 < self._step(one, item) < self._step(other, later)
-                ]
-                if begins:
-                    before.setdefault(begins[-1], m)
-            found += [
-                (one, k, other, m)
-                for k, m in before.items()
-                if (other, m) not in self._linked_after(one, k)
-            ]
-        return tuple(found)
-
-    def _linked_after(self, player: int, k: int) -> set[tuple[int, int]]:
-        """Return the items that come after one, or with it, by links of players."""
-        done, waiting = set[tuple[int, int]](), [(player, k)]
-        while waiting:
-            here = player, k = waiting.pop()
-            if here in done or k >= len(self.items[player]):
-                continue
-            done.add(here)
-            item = self.items[player][k]
-            waiting.append((player, k + 1))
-            taken = any(self.grammar.activity.deed(a) == TAKE for a in item.actions)
-            if item.other_item >= 0 and not taken:  # what is taken was given before
-                waiting.append((self._number[item.other], item.other_item))
-        return done
-
-    def _step(self, player: int, item: Item) -> int:
-        """Return the step of an item of a player, 0 if it is not drawn."""
-        if item.element < 0:
-            return 0
-        element = self.diagram.elements[item.element]
-        return (element.caught if element.player != self.names[player] else 0) or element.step
+        return tuple(unlinked_orders(self.diagram, self.items))
 
     def _ways(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
         """Yield that nobody walks through what stands on the ground, unless a rule leads there."""
@@ -332,15 +294,15 @@ class Binder:
                 there = (rows["kind"] == DISTANCE) & (rows["target"] == POINT)
                 there &= (rows["x"] == at[1]) & (rows["z"] == at[2]) & (rows["far"] < near + 0.1)
                 if not there.any():
-                    whole = player, 0, len(string.actions)
-                    yield _wish(DISTANCE, whole, THROUGHOUT, at, near)
+                    whole = DISTANCE, player, 0, len(string.actions), THROUGHOUT, 0.0
+                    yield *whole, *at, *_NOTHING, near, math.inf, 0.0, -1, -1, -1, THROUGH_WEIGHT
 
     def _steps(self, strings: Sequence[BoundString]) -> Iterator[tuple[int, int, int, int]]:
         """Yield the step of every drawn item, its player, and its actions [first, last)."""
         for player, string in enumerate(strings):
             for item, (first, last) in zip(self.items[player], string.spans, strict=True):
                 if item.element >= 0:
-                    yield self._step(player, item), player, first, last
+                    yield step_of(self.diagram, player, item), player, first, last
 
     def _timed(self, strings: Sequence[BoundString]) -> Iterator[_Stretch]:
         """Yield the synchronisations of steps of which the diagram says how far they are apart."""
@@ -569,20 +531,6 @@ class Binder:
             to = (item.other if item else "") or self.diagram.partner_of(self.names[player])
             found.append((k, step, self._number.get(to, -1)))
         return found
-
-
-def _wish(
-    kind: int,
-    actions: tuple[int, int, int],
-    moment: int,
-    target: _Resolved,
-    near: float,
-    last: int = -1,
-) -> tuple[float, ...]:
-    """Return a row that only the sampling weighs."""
-    weight = ORDER_WEIGHT if kind == ORDER else THROUGH_WEIGHT
-    bounds = POINT, 0.0, 0.0, near, math.inf, 0.0
-    return (kind, *actions, moment, 0.0, *target, *bounds, -1, last, last, weight)
 
 
 def bind(

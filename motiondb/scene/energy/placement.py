@@ -35,7 +35,8 @@ references. numba counts references to each array of a tuple when a function is 
 returns, which takes ten times as long as most of these functions. Without counting, a compiled
 function may read, write and slice the arrays it is given, and return numbers. It must not create
 arrays or return them."""
-inlined = njit(cache=True, nogil=True, _nrt=False, forceinline=True)  # type: ignore[call-overload]
+_small = {"cache": True, "nogil": True, "_nrt": False, "forceinline": True}
+inlined = njit(**_small)
 """The same for small functions that are called for every rule: a call passes all arrays of a scene,
 which takes longer than what they do."""
 
@@ -103,7 +104,7 @@ def put_origin(placed: FloatArray, x: float, z: float, theta: float) -> None:
     placed[0, 3], placed[0, 4] = math.cos(theta), math.sin(theta)
 
 
-@inlined
+@compiled
 def chain(
     placed: FloatArray,
     begin: NDArray[np.int64],

@@ -30,7 +30,7 @@ from motiondb.scene.energy.scene_arrays import SceneArrays, place_of
 from motiondb.scene.language.semantic_rules import PASS_SPEED, SMALLEST
 
 LATEST = 1.0
-"""Seconds from which on a step that comes too late is no worse: a search has to pass such scenes."""
+"""Seconds from which on a late step is no worse: a search has to pass such scenes."""
 EARLIER = 6
 """Frames by which somebody begins a step before another ends a later one: polishing moves both."""
 

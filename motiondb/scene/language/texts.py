@@ -63,7 +63,6 @@ TIME.2: /(?:{"|".join(UNITS["time"])}){_BEHIND}/
 """
 _WORD = re.compile(r'"([^\W\d]\w*)"')
 _QUOTED = re.compile(rf'"[^"\n]*"|#[^\n]*|({_NAME})')
-_NEXT = re.compile(rf"(?:{_NAME})?")
 _LINE = re.compile(r'(?:"[^"]*"|[^"#])*')
 _DEEPEST = 50  # Most brackets inside one another: far from Python's limit of nested calls
 
@@ -141,9 +140,9 @@ def _refuse_misspelt(error: UnexpectedInput, file: str, marked: str, reading: Re
     begin, end = marked.rfind(_END, 0, at) + 1, marked.find(_END, at) + 1
     statement, furthest = marked[begin:end], at - begin
     found: tuple[int, str, str] | None = None
-    for match in _QUOTED.finditer(marked[begin : _NEXT.match(marked, at).end()]):  # type: ignore[union-attr]
-        word = match[1] or ""
-        near = [] if word in keywords else get_close_matches(word, keywords, n=3, cutoff=0.6)
+    for match in _QUOTED.finditer(statement):
+        word = match[1] or "" if match.start() <= at - begin else ""
+        near = [] if word in ("", *keywords) else get_close_matches(word, keywords, n=3, cutoff=0.6)
         for keyword in near:
             changed = f"{statement[: match.start()]}{keyword}{statement[match.end() :]}"
             reached = _reached(file, changed) + len(word) - len(keyword)
