@@ -17,7 +17,7 @@ The axes, and compose() over whole arrays, are those of :mod:`motiondb.scene.cli
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -35,7 +35,7 @@ references. numba counts references to each array of a tuple when a function is 
 returns, which takes ten times as long as most of these functions. Without counting, a compiled
 function may read, write and slice the arrays it is given, and return numbers. It must not create
 arrays or return them."""
-_small = {"cache": True, "nogil": True, "_nrt": False, "forceinline": True}
+_small: Any = {"cache": True, "nogil": True, "_nrt": False, "forceinline": True}
 inlined = njit(**_small)
 """The same for small functions that are called for every rule: a call passes all arrays of a scene,
 which takes longer than what they do."""
