@@ -137,5 +137,5 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     >>> suggestion("xyz", ["walk", "run"])
     ''
     """
-    near = get_close_matches(name[:100], list(known), n=3, cutoff=0.6)
+    near = [n for n in get_close_matches(name[:100], list(known), n=3, cutoff=0.6) if n != name]
     return f" Did you mean {' or '.join(near)}?" if near else ""

@@ -7,7 +7,7 @@ import reprlib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from motiondb.errors import QueryError, suggestion
 
@@ -45,6 +45,11 @@ def listed(name: str, values: Iterable[str]) -> list[str]:
         found = _SHORT.repr(values)
         raise QueryError(f"{name}: expected several texts, found {found}. Put it in a list.")
     return list(values)
+
+
+def is_compiled(function: Any) -> bool:  # noqa: ANN401  (numba's functions have no type)
+    """Return whether numba kept the machine code of a function in an earlier process."""
+    return any(Path(function.stats.cache_path).glob(f"*.{function.__name__}-*.nbi"))
 
 
 def seeded(seed: int) -> np.random.Generator:

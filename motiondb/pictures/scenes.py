@@ -146,6 +146,8 @@ def _stage(
     standing = [line for line in _lines(diagram) if (line[:, 1] > 0.0).any()]
     over = np.array([0.0, _OVER, 0.0])
     seen += [_flat(part, up) for line in standing for part in (line + over, line)]
+    sized = [(diagram.activity.place.get(name), spot) for name, spot in diagram.places]
+    seen += [_flat(outline(place, spot), up) for place, spot in sized if place and place.width]
     low = np.concatenate(seen).min(axis=0) - _MARGIN
     high = np.concatenate(seen).max(axis=0) + _MARGIN
     wide = max(high[0] - low[0], 0.75 * (high[1] - low[1]), 4.0)

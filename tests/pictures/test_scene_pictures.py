@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import hand_made
 import numpy as np
 import pytest
 
+from motiondb.pictures import style
 from motiondb.pictures.scenes import performer_colours, scene_images, scene_paths_figure
+from motiondb.scene.language.activity import Place
+from motiondb.scene.language.semantic_rules import Spot
 
 
 def test_ways_stand_in_metres_in_their_colours() -> None:
@@ -43,6 +48,17 @@ def test_everybody_is_seen_where_they_are(above: bool) -> None:
             near[: pixels.shape[0] // 3] &= name != "A1"  # the rim has its colour
             columns[name] = float(np.median(np.nonzero(near)[1]))
     assert columns["A1"] < columns["D1"]
+
+
+def test_a_goal_is_wholly_in_the_picture() -> None:
+    goal = Place("goal", Spot(4.0, 0.0), 1.2, 14.0, 2.4)
+    activity = replace(hand_made.DIAGRAM.activity, places=(goal,))
+    diagram = replace(hand_made.DIAGRAM, activity=activity)
+    pixels = np.asarray(scene_images(diagram, hand_made.people(), width=240)[0].convert("RGB"))
+    wanted = np.array([int(style.RIGHT[k : k + 2], 16) for k in (1, 3, 5)])
+    edge = np.abs(pixels.astype(int) - wanted).sum(axis=2) < 60
+    assert edge.any(axis=1).sum() > 5
+    assert not edge[:, [0, -1]].any()
 
 
 def test_who_ends_early_stands() -> None:

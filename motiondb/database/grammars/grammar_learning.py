@@ -17,11 +17,12 @@ from motiondb import store
 from motiondb.database.grammars import grammar_asking
 from motiondb.database.grammars.grammar_editing import FORESIGHT
 from motiondb.database.loading import LearnedGrammar, load_learned_grammar
-from motiondb.database.values import seeded
+from motiondb.database.values import is_compiled, seeded
 from motiondb.errors import QueryError
 from motiondb.grammar import foresight
 from motiondb.grammar.cfg import context_free, parse
 from motiondb.grammar.induction.induction import induce_quickly, induce_with_bits
+from motiondb.grammar.induction.law_checks import keeps_laws
 from motiondb.grammar.sentences import partition
 from motiondb.grammar.sentences.doubtful import find_doubtful
 from motiondb.grammar.terminals.pose_runs import find_pose_runs
@@ -85,7 +86,12 @@ def learn_grammar(
     progress: Progress | None = None,
 ) -> tuple[LearnedGrammar, list[str]]:
     """Learn a grammar from captures and save it, as ``Grammars.learn`` does."""
-    tell = progress or (lambda _what, _done, _total: None)
+    said = progress or (lambda _what, _done, _total: None)
+    first = "" if is_compiled(keeps_laws) else ", compiling once"
+
+    def tell(what: str, done: float, total: float) -> None:
+        said(f"{what}{first}", done, total)
+
     infos = _sources(database, captures)
     name = infos[0].name.rpartition("/")[2] if name is None else name
     _check(name, settings)

@@ -24,7 +24,7 @@ from motiondb import store
 from motiondb.database.loading import nearby_table
 from motiondb.database.scenes.scene_texts import GRAMMAR, SceneText, shipped
 from motiondb.database.session import Session
-from motiondb.database.values import seeded
+from motiondb.database.values import is_compiled, seeded
 from motiondb.errors import SceneError, suggestion
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.scene.clips import clip_cutting
@@ -39,6 +39,7 @@ from motiondb.scene.polish.polish import PolishedScene, polish
 from motiondb.scene.report.report_records import SceneReport
 from motiondb.scene.report.scene_report import report_scene
 from motiondb.scene.sampling import annealing
+from motiondb.scene.sampling.metropolis import walk
 from motiondb.scene.sampling.play import Play, make_play
 
 
@@ -296,9 +297,10 @@ def make(
     sampler = _sampler(settings, start is not None)
     most, prices = sampler.most_actions, sampler.prices
     play = make_play(text.diagram, text.grammar, clips.library, most, prices)
-    progress("compiling", 0.0, math.nan)
+    what = "compiling" if is_compiled(walk) else "compiling once, 1 min"
+    progress(what, 0.0, math.nan)
     annealing.warm_up(play, sampler, np.random.default_rng(0))
-    progress("compiling", 1.0, math.nan)
+    progress(what, 1.0, math.nan)
     making = _Making(text, clips, settings, progress, play, sampler, start)
     if shown is not None and start is None:
         shown(making.glimpse())

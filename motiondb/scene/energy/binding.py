@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import IntArray
+from motiondb.scene.energy.step_orders import step_of, unlinked_orders
 from motiondb.scene.language.activity import (
     GIVE,
     OPPONENT,
@@ -78,9 +79,10 @@ from motiondb.scene.language.tactics import Diagram, aligned
 # The semantic rules of a scene in one table of numbers for compiled code.
 
 
-POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE, UNMET = range(6)
+POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE, UNMET, ORDER = range(7)
 AT_START, AT_END, AT_EVENT, THROUGHOUT, ON_THE_WAY = range(5)
 POINT, HEADING = -1, -2
+_NOTHING = POINT, 0.0, 0.0  # A rule without a target, or without another end
 
 KINDS: dict[type, int] = {
     PositionRule: POSITION,
@@ -90,6 +92,9 @@ KINDS: dict[type, int] = {
     LineRule: LINE,
 }  # Number of each kind of rule
 
+ORDER_WEIGHT, THROUGH_WEIGHT = 0.5, 0.05
+"""c_k of a step that comes too late, s, and of a way through a table, a share of the frames. Chosen
+by hand."""
 UNMET_WEIGHT = 0.1  # c_k of a rule whose role nobody fills: it costs 10, like a broken distance
 
 ROW = np.dtype(
@@ -128,6 +133,11 @@ class RuleTable:
 
     Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
     Forum 35 (2016), section 3.1.
+
+    Beside the rules there are wishes, which only the sampling weighs, and which the report tells in
+    other words if they are not fulfilled: nobody walks through what stands on the ground, and
+    (ORDER) action ``first`` of the player begins before action ``partner_first`` of the player
+    ``target`` ends, because the diagram draws it in an earlier step.
     """
 
     players: tuple[str, ...]  # Names in the order of the diagram; the rows hold their indices
@@ -148,6 +158,12 @@ class RuleTable:
     annotations: tuple[Annotation, ...] = ()  # The rules of the grammar
     # The step of the diagram, the player and the actions [first, last) of every item
     steps: tuple[tuple[int, int, int, int], ...] = ()
+    wishes: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, ROW))
+
+    @property
+    def weighed(self) -> RuleTable:
+        """The table with its wishes as rows, for the sampling."""
+        return replace(self, rows=np.concatenate([self.rows, self.wishes]))
 
 
 _MOMENTS = {START: AT_START, END: AT_END, THROUGHOUT_NAME: THROUGHOUT, PATH: ON_THE_WAY}
@@ -251,14 +267,42 @@ class Binder:
             self.diagram,
             self.grammar.annotations,
             tuple(self._steps(strings)),
+            np.array([*self._orders(strings), *self._ways(strings)], dtype=ROW),
         )
+
+    def _orders(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
+        """Yield that players begin a step before others end a later one."""
+        for one, k, other, m in self._unlinked:
+            first, last = strings[one].spans[k][0], strings[other].spans[m][1] - 1
+            yield (
+                *(ORDER, one, first, first + 1, AT_START, 0.0, other, 0.0, 0.0, *_NOTHING),
+                *(0.0, math.inf, 0.0, -1, last, last, ORDER_WEIGHT),
+            )
+
+    @cached_property
+    def _unlinked(self) -> tuple[tuple[int, int, int, int], ...]:
+        return tuple(unlinked_orders(self.diagram, self.items))
+
+    def _ways(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
+        """Yield that nobody walks through what stands on the ground, unless a rule leads there."""
+        for place in self._grounded.values():
+            if place.at is None or not place.is_in_the_way:
+                continue
+            at, near = (POINT, place.at.x, place.at.z), place.width / 2.0
+            for player, string in enumerate(strings):
+                rows = np.array([row for row in string.rows if row], dtype=ROW)
+                there = (rows["kind"] == DISTANCE) & (rows["target"] == POINT)
+                there &= (rows["x"] == at[1]) & (rows["z"] == at[2]) & (rows["far"] < near + 0.1)
+                if not there.any():
+                    whole = DISTANCE, player, 0, len(string.actions), THROUGHOUT, 0.0
+                    yield *whole, *at, *_NOTHING, near, math.inf, 0.0, -1, -1, -1, THROUGH_WEIGHT
 
     def _steps(self, strings: Sequence[BoundString]) -> Iterator[tuple[int, int, int, int]]:
         """Yield the step of every drawn item, its player, and its actions [first, last)."""
         for player, string in enumerate(strings):
             for item, (first, last) in zip(self.items[player], string.spans, strict=True):
                 if item.element >= 0:
-                    yield self.diagram.elements[item.element].step, player, first, last
+                    yield step_of(self.diagram, player, item), player, first, last
 
     def _timed(self, strings: Sequence[BoundString]) -> Iterator[_Stretch]:
         """Yield the synchronisations of steps of which the diagram says how far they are apart."""

@@ -17,6 +17,10 @@ All are compiled and release the global lock, to be called from compiled loops::
     if rng.random() >= exp(before - swap(scene, library, player, k, entry)):
         undo(scene)
 
+No part of -log P(Y) is negative. So a change that is refused above a ``limit`` is refused as soon
+as the parts known so far exceed it: seams first, then rules of an instant, then what needs the
+player's place at all frames. The result is then infinite, and the change has to be undone.
+
 The error of a clip, by which proposals choose it, is 1 plus its share of -log P(Y): the cost of a
 rule is divided equally among the clips of its actions (that of a synchronisation in halves among
 both partners' clips), a seam's cost in halves, the collision's by the grid points at which the clip
@@ -31,8 +35,8 @@ from __future__ import annotations
 import math
 
 from motiondb.records import FloatArray
-from motiondb.scene.energy.binding import SYNCHRONISATION, RuleTable
-from motiondb.scene.energy.placement import ClipArrays, clip_at, compiled, put_origin
+from motiondb.scene.energy.binding import SYNCHRONISATION, THROUGHOUT, RuleTable
+from motiondb.scene.energy.placement import ClipArrays, clip_at, compiled, inlined, put_origin
 from motiondb.scene.energy.rule_kernels import rule_value
 from motiondb.scene.energy.scene_arrays import (
     ANY_TIME,
@@ -42,6 +46,9 @@ from motiondb.scene.energy.scene_arrays import (
     SceneArrays,
     SceneState,
     empty_scene,
+    first_point,
+    place_clips,
+    place_grid,
     place_string,
 )
 from motiondb.scene.language.semantic_rules import Weights
@@ -60,10 +67,11 @@ CONTACT_FRAMES = 15
 
 _APART = (2.0 * RADIUS) ** 2  # Square of the distance in metres below which two bodies overlap
 _CONTACT_APART = (2.0 * CONTACT_RADIUS) ** 2  # The same for two bodies that are to touch
+_ROUND_OFF = 1e-9  # Relative error by which a sum of costs in another order may differ
 _ROUNDING = 1.0 - 1e-9  # Makes the skipped time of :func:`overlaps` shorter than any rounding error
 
 
-@compiled
+@inlined
 def _in_contact(scene: SceneArrays, library: ClipArrays, p: int, q: int, frame: int) -> bool:
     """Return whether two may touch at a frame: it is near the event of their contact.
 
@@ -81,7 +89,7 @@ def _in_contact(scene: SceneArrays, library: ClipArrays, p: int, q: int, frame: 
     return False
 
 
-@compiled
+@inlined
 def touch(scene: SceneArrays, library: ClipArrays, p: int, q: int, g: int) -> bool:
     """Return whether two players touch who should not, at point ``g`` of the grid."""
     i, j = min(g, scene.filled[p]), min(g, scene.filled[q])
@@ -95,7 +103,7 @@ def touch(scene: SceneArrays, library: ClipArrays, p: int, q: int, g: int) -> bo
     return True
 
 
-@compiled
+@inlined
 def overlaps(scene: SceneArrays, library: ClipArrays, p: int, q: int) -> int:
     """Return the number of grid points at which two players touch, until both have ended.
 
@@ -150,25 +158,38 @@ def evaluate(scene: SceneArrays, library: ClipArrays) -> float:
 
 
 @compiled
-def swap(scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: int) -> float:
+def swap(
+    scene: SceneArrays,
+    library: ClipArrays,
+    player: int,
+    k: int,
+    entry: int,
+    limit: float = math.inf,
+) -> float:
     """Exchange clip ``k`` of a player, and return the new -log P(Y)."""
     _keep(scene, player)
     scene.entry[player, k] = entry
-    return _refresh(scene, library, player, k)
+    return _refresh(scene, library, player, k, limit)
 
 
 @compiled
 def move(
-    scene: SceneArrays, library: ClipArrays, player: int, x: float, z: float, theta: float
+    scene: SceneArrays,
+    library: ClipArrays,
+    player: int,
+    origin: tuple[float, float, float],
+    limit: float = math.inf,
 ) -> float:
-    """Change where a player begins, and return the new -log P(Y)."""
+    """Change where a player begins (x, z, theta), and return the new -log P(Y)."""
     _keep(scene, player)
-    put_origin(scene.placed[player], x, z, theta)
-    return _refresh(scene, library, player, -1)
+    put_origin(scene.placed[player], origin[0], origin[1], origin[2])
+    return _refresh(scene, library, player, -1, limit)
 
 
 @compiled
-def shift(scene: SceneArrays, library: ClipArrays, player: int, delay: int) -> float:
+def shift(
+    scene: SceneArrays, library: ClipArrays, player: int, delay: int, limit: float = math.inf
+) -> float:
     """Change the frame at which a player begins, and return the new -log P(Y).
 
     The result is infinite for a delay below 0 or above MOST_DELAY; the scene is then unchanged, and
@@ -178,7 +199,7 @@ def shift(scene: SceneArrays, library: ClipArrays, player: int, delay: int) -> f
     if delay < 0 or delay > MOST_DELAY:
         return math.inf
     scene.begin[player, 0] = delay
-    return _refresh(scene, library, player, -1)
+    return _refresh(scene, library, player, -1, limit)
 
 
 @compiled
@@ -189,6 +210,7 @@ def change(
     k: int,
     entry: int,
     start: tuple[float, float, float, int],
+    limit: float = math.inf,
 ) -> float:
     """Exchange clip ``k`` of a player, change where and when they begin, and return -log P(Y).
 
@@ -200,21 +222,23 @@ def change(
     origin = scene.placed[player, 0]
     same = origin[0] == x and origin[1] == z and origin[2] == theta
     if same and delay == scene.begin[player, 0]:
-        return swap(scene, library, player, k, entry)
+        return swap(scene, library, player, k, entry, limit)
     _keep(scene, player)
     if delay < 0 or delay > MOST_DELAY:
         return math.inf
     scene.entry[player, k] = entry
     scene.begin[player, 0] = delay
     put_origin(scene.placed[player], x, z, theta)
-    return _refresh(scene, library, player, -1)
+    return _refresh(scene, library, player, -1, limit)
 
 
 @compiled
 def undo(scene: SceneArrays) -> None:
     """Take the last swap, move, shift or change back; do nothing if there is none."""
     if scene.last[0] >= 0:
-        _copy(scene.kept, scene.now, scene.last[0])
+        _copy(scene, scene.kept, scene.now, scene.last[0])
+        if scene.last[1] >= 0:
+            _copy_grid(scene.kept, scene.now, scene.last[0], scene.last[1])
         scene.last[0] = -1
 
 
@@ -267,54 +291,104 @@ def _share_collisions(scene: SceneArrays, library: ClipArrays, errors: FloatArra
                 g += 1
 
 
-@compiled
+@inlined
 def _keep(scene: SceneArrays, player: int) -> None:
-    """Save what a change of a player will overwrite."""
-    _copy(scene.now, scene.kept, player)
-    scene.last[0] = player
+    """Save what a change of a player will overwrite, but for the grid."""
+    _copy(scene, scene.now, scene.kept, player)
+    scene.last[0], scene.last[1] = player, -1
 
 
-@compiled
-def _copy(source: Changing, goal: Changing, player: int) -> None:
-    """Copy what belongs to a player, and the costs of all rules."""
-    goal.filled[player] = source.filled[player]
-    for k in range(source.entry.shape[1]):
+@inlined
+def _copy(scene: SceneArrays, source: Changing, goal: Changing, player: int) -> None:
+    """Copy a player's clips and the costs of the rules that depend on them, but not the grid."""
+    n = scene.n_clips[player]
+    for k in range(n):
         goal.entry[player, k] = source.entry[player, k]
         goal.seams[player, k] = source.seams[player, k]
-    for k in range(source.begin.shape[1]):
+    for k in range(n + 1):
         goal.begin[player, k] = source.begin[player, k]
         for a in range(5):
             goal.placed[player, k, a] = source.placed[player, k, a]
-    for g in range(source.filled[player] + 1):
-        for a in range(3):
-            goal.grid[player, g, a] = source.grid[player, g, a]
-    for q in range(source.overlaps.shape[1]):
-        goal.overlaps[player, q] = goal.overlaps[q, player] = source.overlaps[player, q]
-    for r in range(len(source.cost)):
+    for i in range(scene.depends_first[player], scene.depends_first[player + 1]):
+        r = scene.depends[i, 0]
         goal.cost[r], goal.seen[r] = source.cost[r], source.seen[r]
         goal.meant[r] = source.meant[r]
     for a in range(5):
         goal.total[a] = source.total[a]
 
 
+@inlined
+def _copy_grid(source: Changing, goal: Changing, player: int, since: int) -> None:
+    """Copy a player's grid from a point on, and with whom they touch."""
+    goal.filled[player] = source.filled[player]
+    for g in range(since, source.filled[player] + 1):
+        for a in range(3):
+            goal.grid[player, g, a] = source.grid[player, g, a]
+    for q in range(source.overlaps.shape[1]):
+        goal.overlaps[player, q] = goal.overlaps[q, player] = source.overlaps[player, q]
+
+
 @compiled
-def _refresh(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> float:
-    """Evaluate everything that a change of clip ``k`` (-1: of all) of a player can affect."""
-    place_string(scene, library, player, k)
+def _refresh(scene: SceneArrays, library: ClipArrays, player: int, k: int, limit: float) -> float:
+    """Evaluate everything that a change of clip ``k`` (-1: of all) of a player can affect.
+
+    Above ``limit`` the result is infinite, see the module.
+    """
+    limit += _ROUND_OFF * (1.0 + abs(limit))
+    least = _rest(scene, library, player, k)
+    if least > limit:
+        return math.inf
+    for i in range(scene.depends_first[player], scene.depends_first[player + 1]):
+        r = scene.depends[i, 0]
+        if scene.rows[r].moment != THROUGHOUT and _touched(scene, player, k, i):
+            _set_rule(scene, library, r)
+            least += scene.cost[r]
+            if least > limit:
+                return math.inf
+    since = first_point(scene, player, k)
+    _copy_grid(scene.now, scene.kept, player, since)
+    scene.last[1] = since
+    place_grid(scene, library, player, k, since)
     for q in range(len(scene.n_clips)):
         if q != player:
             touching = overlaps(scene, library, player, q)
             scene.overlaps[player, q] = scene.overlaps[q, player] = touching
-    since = scene.begin[player, max(k, 0)]
+            if touching > 0 and least + scene.scale[1] > limit:
+                return math.inf
     for i in range(scene.depends_first[player], scene.depends_first[player + 1]):
-        r, reach = scene.depends[i]
-        touched = k < reach or (reach == ANY_TIME and scene.seen[r] >= since)
-        if k < 0 or touched:
+        r = scene.depends[i, 0]
+        if scene.rows[r].moment == THROUGHOUT and _touched(scene, player, k, i):
             _set_rule(scene, library, r)
     return _sum(scene, library)
 
 
-@compiled
+@inlined
+def _rest(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> float:
+    """Place a player's clips; return the new cost of seams and of rules that do not change."""
+    scale, n = scene.scale[0], scene.n_clips[player]
+    place_clips(scene, library, player, k)
+    least = float(scene.total[RULES] + scene.total[SMOOTH])
+    if k >= 0:
+        for m in range(max(k, 1), min(k + 2, n)):
+            least += scale * (scene.seams[player, m] - scene.kept.seams[player, m])
+    else:
+        for m in range(1, n):
+            least += scale * (scene.seams[player, m] - scene.kept.seams[player, m])
+    for i in range(scene.depends_first[player], scene.depends_first[player + 1]):
+        if _touched(scene, player, k, i):
+            least -= scene.cost[scene.depends[i, 0]]
+    return least
+
+
+@inlined
+def _touched(scene: SceneArrays, player: int, k: int, i: int) -> bool:
+    """Return whether a change of clip ``k`` (-1: of all) matters to row ``i`` of ``depends``."""
+    r, reach = scene.depends[i]
+    since = scene.begin[player, max(k, 0)]
+    return k < 0 or k < reach or (reach == ANY_TIME and scene.seen[r] >= since)
+
+
+@inlined
 def _set_rule(scene: SceneArrays, library: ClipArrays, r: int) -> None:
     value, scene.seen[r], scene.meant[r] = rule_value(scene, library, r)
     cost = value / scene.rows[r].weight
@@ -323,7 +397,7 @@ def _set_rule(scene: SceneArrays, library: ClipArrays, r: int) -> None:
     scene.cost[r] = cost
 
 
-@compiled
+@inlined
 def _sum(scene: SceneArrays, library: ClipArrays) -> float:
     """Sum the parts of -log P(Y); from scratch, so that rounding errors do not accumulate."""
     total = scene.total

@@ -17,7 +17,7 @@ The axes, and compose() over whole arrays, are those of :mod:`motiondb.scene.cli
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -35,6 +35,10 @@ references. numba counts references to each array of a tuple when a function is 
 returns, which takes ten times as long as most of these functions. Without counting, a compiled
 function may read, write and slice the arrays it is given, and return numbers. It must not create
 arrays or return them."""
+_small: Any = {"cache": True, "nogil": True, "_nrt": False, "forceinline": True}
+inlined = njit(**_small)
+"""The same for small functions that are called for every rule: a call passes all arrays of a scene,
+which takes longer than what they do."""
 
 
 CLIP = np.dtype(
@@ -93,7 +97,7 @@ def _longest(library: ClipLibrary) -> NDArray[np.int64]:
     return longest
 
 
-@compiled
+@inlined
 def put_origin(placed: FloatArray, x: float, z: float, theta: float) -> None:
     """Set where a string begins: ``placed`` (clips + 1, 5) holds x, z, theta, cos, sin."""
     placed[0, 0], placed[0, 1], placed[0, 2] = x, z, theta
@@ -139,7 +143,7 @@ def chain(
         begin[k + 1] = frame
 
 
-@compiled
+@inlined
 def clip_at(begin: NDArray[np.int64], count: int, frame: int) -> int:
     """Return the clip that plays at a frame: the first before the string, the last after it."""
     k = count - 1
@@ -148,7 +152,7 @@ def clip_at(begin: NDArray[np.int64], count: int, frame: int) -> int:
     return k
 
 
-@compiled
+@inlined
 def place_in_clip(
     placed: FloatArray, path: FloatArray, row: int, k: int
 ) -> tuple[float, float, float]:

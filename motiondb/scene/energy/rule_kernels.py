@@ -20,23 +20,29 @@ from motiondb.scene.energy.binding import (
     HEADING,
     LINE,
     ON_THE_WAY,
+    ORDER,
     SYNCHRONISATION,
     THROUGHOUT,
     UNMET,
 )
-from motiondb.scene.energy.placement import ClipArrays, compiled, place_in_clip
+from motiondb.scene.energy.placement import ClipArrays, compiled, inlined, place_in_clip
 from motiondb.scene.energy.scene_arrays import SceneArrays, place_of
 from motiondb.scene.language.semantic_rules import PASS_SPEED, SMALLEST
 
+LATEST = 1.0
+"""Seconds from which on a late step is no worse: a search has to pass such scenes."""
+EARLIER = 6
+"""Frames by which somebody begins a step before another ends a later one: polishing moves both."""
 
-@compiled
+
+@inlined
 def wrapped(turn: float) -> float:
     """Return the size of a turn, radians in [0, pi]."""
     turn = abs(turn) % (2.0 * math.pi)
     return min(turn, 2.0 * math.pi - turn)
 
 
-@compiled
+@inlined
 def segment_distance(x: float, z: float, ax: float, az: float, bx: float, bz: float) -> float:
     """Return the distance of a point from the segment between two points, m."""
     dx, dz = bx - ax, bz - az
@@ -45,7 +51,7 @@ def segment_distance(x: float, z: float, ax: float, az: float, bx: float, bz: fl
     return math.hypot(x - ax - share * dx, z - az - share * dz)
 
 
-@compiled
+@inlined
 def moment_of(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int]:
     """Return the clip and the frame within it at which rule ``r`` looks (not for throughout)."""
     row = scene.rows[r]
@@ -59,7 +65,7 @@ def moment_of(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int
     return row.first, library.clips[entry[row.first]].event
 
 
-@compiled
+@inlined
 def _on_the_way(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, int]:
     """Return the first frame at which a fraction of a sequence's distance has been covered."""
     row = scene.rows[r]
@@ -84,7 +90,7 @@ def _on_the_way(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[int, i
     return row.first, 0
 
 
-@compiled
+@inlined
 def _measure(
     kind: int,
     place: tuple[float, float, float],
@@ -124,7 +130,7 @@ def values_at(
         values[i] = _measure(kind, place, target, other, heading, bounds)
 
 
-@compiled
+@inlined
 def _throughout(scene: SceneArrays, r: int) -> tuple[float, int]:
     """Return the mean over the grid points of a rule's actions (the point before if none)."""
     row = scene.rows[r]
@@ -150,7 +156,7 @@ def _throughout(scene: SceneArrays, r: int) -> tuple[float, int]:
     return total / (g1 - g0), (g1 - 1) * every
 
 
-@compiled
+@inlined
 def lateness(scene: SceneArrays, library: ClipArrays, r: int, m: int) -> float:
     """Return the frames by which the partner's clip is later than synchronisation ``r`` asks."""
     row = scene.rows[r]
@@ -167,7 +173,7 @@ def lateness(scene: SceneArrays, library: ClipArrays, r: int, m: int) -> float:
     return float(scene.begin[row.partner, m] + theirs.event - time - lag * MOTION_FPS)
 
 
-@compiled
+@inlined
 def _synchronisation(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, int]:
     """Return f_synch, s, for the partner's clip that fulfils it best, and that clip."""
     row = scene.rows[r]
@@ -180,7 +186,7 @@ def _synchronisation(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[f
     return best, meant
 
 
-@compiled
+@inlined
 def rule_value(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, int, int]:
     """Return f of rule ``r``, the last frame at which it looks at others, the partner's clip."""
     row = scene.rows[r]
@@ -189,6 +195,10 @@ def rule_value(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, 
     if row.kind == SYNCHRONISATION:
         value, meant = _synchronisation(scene, library, r)
         return value, -1, meant
+    if row.kind == ORDER:
+        end = scene.begin[row.target, row.partner_first + 1]
+        late = scene.begin[row.player, row.first] + EARLIER - end
+        return min(max(late, 0) / MOTION_FPS, LATEST), end, -1
     if row.moment == THROUGHOUT:
         value, seen = _throughout(scene, r)
         return value, seen, -1

@@ -12,16 +12,18 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import FloatArray, IntArray
-from motiondb.scene.energy.binding import AT_EVENT, AT_START, SYNCHRONISATION, UNMET, RuleTable
+from motiondb.scene.energy.binding import AT_EVENT, AT_START, UNMET, RuleTable
 from motiondb.scene.energy.placement import (
     ClipArrays,
     chain,
     clip_at,
     compiled,
+    inlined,
     place_in_clip,
     put_origin,
 )
@@ -106,7 +108,8 @@ class SceneArrays(NamedTuple):
     total: FloatArray  # (5,): -log P(Y), and its parts: rules, smoothness, collision, effort
     now: Changing  # The arrays above
     kept: Changing  # What they held before the last change of a player
-    last: IntArray  # (1,), int: the player who was changed last, or -1
+    # (2,), int: the player who was changed last, or -1, and from which grid point, or -1 for none
+    last: IntArray
     n_clips: IntArray  # (P,), int: number of clips of every player
     near: IntArray  # (P, P), int: 1 if two are meant to touch
     scale: FloatArray  # (4,): 1 / w_2, 1 / w_3, 1 / w_4, excess
@@ -133,7 +136,7 @@ def empty_scene(
     n, most = len(players), max(len(player.entries) for player in players)
     longest = _longest(state, library) + max(MOST_DELAY, *(p.delay for p in players))
     n_grid, n_rules = longest // every + 2, len(table.rows)
-    depends, depends_first = _dependencies(table)
+    depends, depends_first = _dependencies(table.rows, table.partners, n)
     scale = [1.0 / weight for weight in (weights.smooth, weights.collision, weights.effort)]
     now = Changing(
         entry=np.zeros((n, most), np.int64),
@@ -152,7 +155,7 @@ def empty_scene(
         *now,
         now=now,
         kept=Changing._make(array.copy() for array in now),
-        last=np.full(1, -1),
+        last=np.array([-1, -1]),
         n_clips=np.array([len(player.entries) for player in players]),
         near=_near(table, n),
         scale=np.array([*scale, excess]),
@@ -200,32 +203,36 @@ def _near(table: RuleTable, n: int) -> IntArray:
     return near
 
 
-def _dependencies(table: RuleTable) -> tuple[IntArray, IntArray]:
+@njit(cache=True, nogil=True)
+def _dependencies(
+    rows: NDArray[np.void], partners: IntArray, n_players: int
+) -> tuple[IntArray, IntArray]:
     """Return for every player the rules that depend on them, and their reach; see SceneArrays."""
-    of: list[dict[int, int]] = [{} for _ in table.players]
-    names = ("kind", "player", "first", "last", "moment", "target", "other", "partner")
-    columns = [table.rows[name].tolist() for name in names]
-    for number, (kind, player, first, last, moment, *others, partner) in enumerate(zip(*columns)):
-        if kind == UNMET:
-            continue
-        if kind == SYNCHRONISATION:
-            row = table.rows[number]
-            meant = table.partners[row["partner_first"] : row["partner_last"]]
-            of[partner][number] = int(meant.max()) + 1
-        for looked_at in others:
-            if looked_at >= 0:
-                of[looked_at][number] = ANY_TIME
-        reach = {AT_START: first, AT_EVENT: first + 1}.get(moment, last)
-        of[player][number] = max(reach, of[player].get(number, 0))
-    pairs = [pair for rules in of for pair in rules.items()]
-    ends = np.cumsum([0, *(len(rules) for rules in of)])
-    return np.array(pairs, dtype=np.int64).reshape(-1, 2), ends.astype(np.int64)
+    reach = np.full((n_players, len(rows)), ANY_TIME - 1)
+    for r in range(len(rows)):
+        row = rows[r]
+        if row.kind != UNMET:
+            for n in range(row.partner_first, row.partner_last):
+                reach[row.partner, r] = max(reach[row.partner, r], partners[n] + 1)
+            for looked_at in (row.target, row.other):
+                if looked_at >= 0:
+                    reach[looked_at, r] = ANY_TIME
+            own = row.last
+            if row.moment in (AT_START, AT_EVENT):
+                own = row.first + int(row.moment == AT_EVENT)
+            reach[row.player, r] = max(own, reach[row.player, r])
+    found = np.argwhere(reach >= ANY_TIME)
+    pairs, ends = np.empty_like(found), np.zeros(n_players + 1, np.int64)
+    for n in range(len(found)):
+        pairs[n] = found[n, 1], reach[found[n, 0], found[n, 1]]
+        ends[found[n, 0] + 1 :] += 1
+    return pairs, ends
 
 
 # Where the players of a scene are: their clips, the seams between them, and the grid.
 
 
-@compiled
+@inlined
 def place_of(
     scene: SceneArrays, library: ClipArrays, player: int, frame: int
 ) -> tuple[float, float, float]:
@@ -240,14 +247,33 @@ def place_of(
 @compiled
 def place_string(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> None:
     """Place everything after clip ``k`` (-1: everything) of a player; update seams and grid."""
-    n, since, every = scene.n_clips[player], max(k, 0), scene.every[0]
-    entry, begin, placed = scene.entry[player], scene.begin[player], scene.placed[player]
-    chain(placed, begin, entry, library.clips, since, n)
+    place_clips(scene, library, player, k)
+    place_grid(scene, library, player, k, first_point(scene, player, k))
+
+
+@inlined
+def place_clips(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> None:
+    """Place what follows clip ``k`` (-1: everything) of a player; update seams, not the grid."""
+    n, since = scene.n_clips[player], max(k, 0)
+    entry = scene.entry[player]
+    chain(scene.placed[player], scene.begin[player], entry, library.clips, since, n)
     for m in range(max(since, 1), n if k < 0 else min(k + 2, n)):
         before, after = library.clips[entry[m - 1]].seam, library.clips[entry[m]].seam
         scene.seams[player, m] = library.seams[before, after]
+
+
+@inlined
+def first_point(scene: SceneArrays, player: int, k: int) -> int:
+    """Return the first point of a player's grid that a change of clip ``k`` (-1: of all) moves."""
+    return 0 if k < 0 else int(-(-scene.begin[player, k] // scene.every[0]))
+
+
+@inlined
+def place_grid(scene: SceneArrays, library: ClipArrays, player: int, k: int, g: int) -> None:
+    """Fill a player's grid from point ``g`` on, from the places of clip ``k`` and later ones."""
+    n, since, every = scene.n_clips[player], max(k, 0), scene.every[0]
+    entry, begin, placed = scene.entry[player], scene.begin[player], scene.placed[player]
     grid = scene.grid[player]
-    g = 0 if k < 0 else -(-begin[k] // every)  # the first that can change
     while g * every < begin[0]:
         grid[g, 0], grid[g, 1], grid[g, 2] = placed[0, 0], placed[0, 1], placed[0, 2]
         g += 1

@@ -30,6 +30,7 @@ DEEDS = (TAKE, KEEP, BOUNCE, GIVE, SEND, PUT, STRIKE)
 """What an action does with the object: at its event, or, for keep and bounce, all the time."""
 KEEPING = (KEEP, BOUNCE)
 LOSING = (GIVE, SEND, PUT)
+_OVERHEAD = 2.0  # Height, m, from which on people walk below a level place
 _SHORT, _LONG = 15, 30  # Frames to which resting may be cut, and resting that belongs to an action
 
 
@@ -49,6 +50,11 @@ class Place:
     def is_upright(self) -> bool:
         """Whether it is a rectangle like a goal, which things enter from the front."""
         return self.tall > 0.0
+
+    @property
+    def is_in_the_way(self) -> bool:
+        """Whether it stands on the ground as a table does, so that nobody walks through it."""
+        return not self.is_upright and 0.0 < self.height < _OVERHEAD
 
 
 @dataclass(frozen=True)

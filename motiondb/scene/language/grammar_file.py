@@ -130,9 +130,10 @@ def _activity(reading: GrammarReading, annotations: Iterable[Annotation]) -> Act
         thrown += [(one, TAKE, "") for _, caught in flights for one in caught]
         deeds += [deed for deed in dict.fromkeys(thrown) if deed[0] not in said]
     name, verbs = thing.name if thing else "", []
-    for verb in reading.verbs:
+    for verb, token in reading.verbs:
         if verb.link == "with" and verb.role == name:  # not with somebody, but with the object
             verb = replace(verb, link="", role="", with_object=True)
+        reading.once(token, ("verb", verb.name, verb.with_object), f"the verb {verb.name} once")
         verbs.append(verb)
     return Activity(
         tuple(reading.terminals),
@@ -226,6 +227,8 @@ def _annotations(reading: GrammarReading) -> Iterable[Annotation]:
     for draft in reading.drafts:
         for token in draft.symbols:
             rule = _completed(draft, token, reading)
+            key = (str(token), draft.within, replace(rule, weight=1.0))
+            reading.once(token, key, f"every rule of {token} once")
             yield Annotation(str(token), rule, str(draft.within or ""), token.line or 0)
 
 
@@ -248,6 +251,7 @@ def _completed(draft: Draft, token: Token, reading: GrammarReading) -> SemanticR
             if symbol in reading.terminals:
                 advice = f"Write 'event {moment}' after the words of {symbol}."
             advice = f"Write 'at {event}'." if event else advice
+            advice = suggestion(moment, (START, END, THROUGHOUT)).strip() or advice
             what = f"a moment of {symbol} ({moments})"
             reading.fail(draft.symbols[0], what, advice, repr(moment))
         return rule

@@ -17,6 +17,7 @@ from itertools import combinations, count
 from typing import TYPE_CHECKING, ClassVar
 
 from motiondb.body import body
+from motiondb.errors import suggestion
 from motiondb.grammar.cfg.context_free import EMPTY
 from motiondb.scene.language.activity import (
     DEEDS,
@@ -43,7 +44,7 @@ from motiondb.scene.language.semantic_rules import (
     Spot,
     SynchronisationRule,
 )
-from motiondb.scene.language.texts import UNITS, Quantity, Reading
+from motiondb.scene.language.texts import UNITS, Quantity, Reading, slip
 
 if TYPE_CHECKING:
     from lark import Token
@@ -74,6 +75,7 @@ apart."""
 _UNSTATED = math.nan  # Marks a rule without a weight until the whole file has been read
 _MOST_ORDERED = 8  # Most parts in any order: 2^8 nonterminals
 _NOT_LINKS = ("then", "once", "for", "after")
+_BEHIND_VERBS = ("then", "once", "to", "with", "at")  # What a link may be a slip of
 _WEIGHT = "Write the deviation that costs 1; it must be above 0."
 
 
@@ -158,7 +160,7 @@ class GrammarReading(Reading):
         self.terminals: dict[str, tuple[Terminal, Token]] = {}
         self.drafts: list[Draft] = []
         self.weight: dict[str, float] = {}
-        self.verbs: list[Verb] = []
+        self.verbs: list[tuple[Verb, Token]] = []
         self.team: dict[str, str] = {}
         self.thing: Thing | None = None
         self.deeds: list[tuple[str, str, str]] = []
@@ -185,7 +187,7 @@ class GrammarReading(Reading):
     def _weight(self, kind: Token, value: Value) -> None:
         kinds = (*WEIGHT_UNITS, "user", "smooth", "collision", "effort")
         if kind not in kinds:
-            self.fail(kind, f"what the weight is for ({', '.join(kinds)})", "See the format.")
+            self.unknown(kind, "what the weight is for", kinds, "See the format.")
         self.once(kind, f"weight {kind}", f"the weight of {kind} once")
         unit = "length" if kind == "effort" else WEIGHT_UNITS.get(kind, "")
         self.weight[str(kind)] = self._weighed(value, unit)
@@ -214,6 +216,7 @@ class GrammarReading(Reading):
             f"{left}.{n}" for n in count(1 + sum(n.startswith(f"{left}.") for n in self.lines))
         )
         for parts, chance in alternatives:
+            self.once(left, ("->", str(left), parts), f"every alternative of {left} once")
             self.alternatives.append((str(left), self._plain(parts, names, helpers), chance))
         self.alternatives += helpers
         for name, _, _ in helpers:
@@ -304,7 +307,8 @@ class GrammarReading(Reading):
         if not first:
             return str(name)
         if name not in INSTANTS:
-            self.fail(name, f"one of {', '.join(INSTANTS)} before '('", self.advice["_EVENT"])
+            near = suggestion(name, INSTANTS).strip() or self.advice["_EVENT"]
+            self.fail(name, f"one of {', '.join(INSTANTS)} before '('", near)
         if (name == NEAREST) != bool(second):
             what = "two joints after 'nearest', one after others"
             self.fail(name, what, "Write nearest(r_wrist, partner.head).")
@@ -312,8 +316,8 @@ class GrammarReading(Reading):
 
     def _joint(self, whose: Token | None, _: Token | None, name: Token) -> str:
         if name not in body.JOINTS:
-            what = f"a joint ({', '.join(body.JOINTS)})"
-            self.fail(name, what, "See the joints of the canonical body.")
+            advice = "See the joints of the canonical body."
+            self.unknown(name, "a joint", body.JOINTS, advice)
         return f"partner.{name}" if whose else str(name)
 
     # rules of space and time
@@ -330,7 +334,10 @@ class GrammarReading(Reading):
     ) -> None:
         for rule in rules:
             if isinstance(rule, tuple):
-                self.deeds += [(str(symbol), *rule) for symbol in symbols]
+                for symbol in symbols:
+                    what = f"one thing that {symbol} does with the object"
+                    self.once(symbol, ("deed", str(symbol)), what)
+                    self.deeds.append((str(symbol), *rule))
             else:
                 self.drafts.append(Draft(rule, symbols, within))
 
@@ -381,11 +388,15 @@ class GrammarReading(Reading):
 
     def _deed(self, deed: Token, _: Token, to: Token | None) -> tuple[str, str]:
         if deed not in DEEDS:
-            what = f"a kind of rule ({', '.join((*WEIGHT_UNITS, *DEEDS))})"
-            self.fail(deed, what, "See the format of grammars.")
+            self.unknown(deed, "a kind of rule", (*WEIGHT_UNITS, *DEEDS), "See the format.")
         return str(deed), "" if to is None or to in ROLES else str(to)
 
     def _answers(self, symbols: Tokens, acts: Names, lag: Quantity | None) -> None:
+        for symbol in symbols:
+            for act in acts:
+                self.once(
+                    symbol, ("answers", str(symbol), act), f"once that {symbol} answers {act}"
+                )
         self.answers.append(Answers(tuple(map(str, symbols)), acts, lag[0] if lag else 0.0))
 
     # the activity
@@ -408,8 +419,7 @@ class GrammarReading(Reading):
         if name in ROLES:
             advice = f"{name} means a player: name the place otherwise."
             self.fail(name, "a name of a place", advice)
-        if name in self.place:
-            self.fail(name, "every place once", "Leave one of them out.")
+        self.once(name, ("place", name), "every place once")
         width, tall = self._sized(size), 0.0
         if across:
             width, tall = self.number(across), width
@@ -427,9 +437,11 @@ class GrammarReading(Reading):
             elif link or way[0] in _NOT_LINKS:
                 what = "one word and role, 'to X Z', or 'with' and the object"
                 self.fail(way[0], what, self.advice["_VERB"])
+            elif near := slip(way[0], _BEHIND_VERBS):
+                self.fail(way[0], repr(near), f"Did you mean {near}?")
             else:
                 link, role = str(way[0]), str(way[1])
-        self.verbs.append(Verb(str(name), steps, link, role, goes, with_object))
+        self.verbs.append((Verb(str(name), steps, link, role, goes, with_object), name))
 
     def _step(self, actions: Names, again: Token | None) -> Step:
         return Step(actions, None if again is None else again == "*")
@@ -437,6 +449,7 @@ class GrammarReading(Reading):
     def _role(self, name: Token, of: Token | None) -> None:
         if name in ROLES:
             self.fail(name, "another name", f"{str(name)!r} has its own meaning in rules.")
+        self.once(name, ("role", name), "every role once")
         self.team[str(name)] = str(of or "")
 
     def _object(self, name: Token, size: Quantity | None, at: Token | None) -> None:
@@ -446,11 +459,14 @@ class GrammarReading(Reading):
 
     def _ground(self, name: Token | None, extent: tuple[float, float], corner: Spot | None) -> None:
         width, length = extent
+        self.once(self.tokens[-1], "ground", "'ground' once")
         corner = corner or Spot(-width / 2, -length / 2)
         self.ground = Ground(str(name or ""), width, length, corner.x, corner.z)
 
     def _mark(self, *parts: Points) -> None:
-        self.marks.append(tuple(point for part in parts for point in part))
+        mark = tuple(point for part in parts for point in part)
+        self.once(self.tokens[-1], mark, "every mark once")
+        self.marks.append(mark)
 
     def _arc(self, *numbers: Token) -> Points:
         x, z, r, a, b = map(self.number, numbers)
@@ -464,7 +480,9 @@ class GrammarReading(Reading):
     def _rest(
         self, action: Token, thing: Token | None, doing: Names | None, after: Names | None
     ) -> None:
-        self.rests.append(Rest(str(action), bool(thing), doing or (), after or ()))
+        rest = Rest(str(action), bool(thing), doing or (), after or ())
+        self.once(action, rest, "every rest once")
+        self.rests.append(rest)
 
 
 def _smaller(n: int) -> Iterator[frozenset[int]]:

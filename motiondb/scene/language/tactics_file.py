@@ -27,16 +27,16 @@ Verbs are the actions of the grammar, and those that it declares (:mod:`.grammar
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from motiondb.errors import Fault, SceneError, suggestion
-from motiondb.scene.language.activity import Activity, Ground, Step
+from motiondb.scene.language.activity import GIVE, PLAYER, Activity, Ground, Step
 from motiondb.scene.language.possession import check_diagram
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import DOES, Diagram, Element, Player, Stretch
-from motiondb.scene.language.texts import LARGEST, Quantity, Reading, read_statements
+from motiondb.scene.language.texts import LARGEST, Quantity, Reading, read_statements, slip
 
 if TYPE_CHECKING:
     from lark import Token
@@ -119,6 +119,8 @@ def _step(step: Step) -> str:
 
 
 _KEYWORDS = ("diagram", "grammar", "court", "ground", "place", "step")
+_LINKS = ("at", "to", "via", "caught", "with")  # What a link may be a slip of
+_ALIKE = 0.7  # How much a role that the grammar does not declare may be spelt like a keyword
 _LONGEST_NAME = 60  # Most characters of a player's name, which becomes part of the names of files
 _LAST_STEP = 10_000  # Largest step. A larger number is a slip
 _LONGEST_TIME = 60.0  # Longest time between two steps, s
@@ -227,6 +229,9 @@ class _DiagramReading(Reading):
         spot = self._spot(x, z)
         if max(abs(spot.x), abs(spot.z)) > LARGEST:
             self.fail(x, f"a place within {LARGEST:g} metres", "Lengths are metres.")
+        missing = [one for one in self.diagram.activity.place if one != name]
+        if name not in self.diagram.activity.place and (near := slip(name, missing)):
+            self.fail(name, f"the place {near} of the grammar", f"Did you mean {near}?")
         self._add(own_places=(*self.diagram.own_places, (str(name), spot)))
 
     def _number_of(self, token: Token) -> int:
@@ -241,6 +246,7 @@ class _DiagramReading(Reading):
         if since >= step or not 0.0 <= lag[0] <= _LONGEST_TIME:
             what = f"a step before {step}, and a time from 0 to {_LONGEST_TIME:g} s"
             self.fail(earlier, what, self.advice["_STEP"])
+        self.once(earlier, ("times", step, since), f"once how long after {since} step {step} comes")
         self._add(times=(*self.diagram.times, (step, lag[0], since)))
 
     def _keeps(self, who: Token, near: Token | Quantity, *more: Any) -> None:  # noqa: ANN401
@@ -256,26 +262,30 @@ class _DiagramReading(Reading):
             stretch = replace(stretch, first=self._number_of(first), last=self._number_of(last))
             if stretch.last < stretch.first:
                 self.fail(first, "an earlier step first", self.advice["_KEEPS"])
+        self.once(who, replace(stretch, line=0), "every line once")
         self._add(stretches=(*self.diagram.stretches, stretch))
 
     def _held(self, word: Token, who: Token, *more: object) -> None:
         activity, thing = self.diagram.activity, _thing(self.diagram.activity)
         if word == thing and not any(more):
-            if self.diagram.ball:
-                self.fail(word, f"'{thing}' once", "Leave one of the lines out.")
+            self.once(word, "ball", f"'{thing}' once")
             self._add(ball=str(who))
             return
         words = (*_KEYWORDS, *([thing] if thing else []), *activity.teams)
         near = suggestion(word, words).strip()
         if word in activity.verbs:
             near = f"Write the step before it: '1 {word} ...'."
+        if word in activity.teams:
+            near = f"Write '{word} {who} at 0 8'."
         what = f"a step's number, or one of {', '.join(words)}"
         self.fail(word, what, near or "See the format of diagrams.")
 
     def _player(self, team: Token, name: Token, at: Spot, _: object, guards: Token | None) -> None:
         activity = self.diagram.activity
-        if activity.roles and team not in activity.teams:  # without roles any word is one
-            self._held(team, name, at)
+        if team not in activity.teams:  # without roles any word is one that is not like a keyword
+            near = get_close_matches(team, (*_KEYWORDS, PLAYER), cutoff=_ALIKE)
+            if activity.roles or near:
+                self._held(team, name, at)
         for other in self.diagram.players:  # some file systems do not tell upper from lower case
             if other.name.casefold() == name.casefold():
                 self.fail(name, "a name of their own", f"Line {other.line} has the same.")
@@ -289,15 +299,15 @@ class _DiagramReading(Reading):
         known = self.diagram.activity.actions
         for action in actions:
             if action and known and action not in known:
-                self._unknown(action, "an action", known)
+                self.unknown(action, "an action", known)
         return Step(tuple(map(str, actions)), again == "*")
-
-    def _unknown(self, name: Token, what: str, known: Collection[str]) -> NoReturn:
-        near = suggestion(name, known).strip() or "See the format of diagrams."
-        self.fail(name, f"{what} ({', '.join(known)})", near)
 
     def _does(self, step: Token, who: Token, *steps: Step) -> None:
         element = Element(DOES, self._number_of(step), str(who), line=who.line or 0, steps=steps)
+        self._drawn(element, who)
+
+    def _drawn(self, element: Element, who: Token) -> None:
+        self.once(who, replace(element, line=0), f"'{element}' once in step {element.step}")
         self._add(elements=(*self.diagram.elements, element))
 
     def _via(self, *spots: Spot) -> dict[str, Any]:
@@ -309,8 +319,8 @@ class _DiagramReading(Reading):
     def _element(self, step: Token, kind: Token, who: Token, *tails: Any) -> None:  # noqa: ANN401
         activity, written = self.diagram.activity, f"{step} {kind} {who}"
         if activity.actions and kind not in activity.verbs:
-            self._unknown(kind, "what is done", (*activity.verbs, DOES))
-        verb = activity.verb(kind)
+            self.unknown(kind, "what is done", (*activity.verbs, DOES))
+        verb, verbs = activity.verb(kind), activity.verbs.get(kind, ())
         links = [tail for tail in tails[:-1] if isinstance(tail, tuple)]
         element = Element(str(kind), self._number_of(step), str(who), line=who.line or 0)
         *others, goes = tails
@@ -319,14 +329,19 @@ class _DiagramReading(Reading):
                 element = replace(element, **tail)
         element = replace(element, to=goes[0] if goes else None)
         for link, name in links:
+            if not verb.link and (near := slip(link, _LINKS)):
+                self.fail(link, repr(near), f"Did you mean {near}?")
             if link != (verb.link or link) or len(links) > 1:
                 what = repr(verb.link) if verb.link else "one player or place"
                 self.fail(link, what, f"Write '{written} {verb.link or link} D1'.")
             element = replace(element, link=str(link), other=str(name))
+        gives = any(activity.deed(a) == GIVE for one in verbs for a in one.last)
+        if element.caught and activity.actions and not gives:
+            self.fail(who, "'caught' behind what gives", "Leave it out.", f"'caught' behind {kind}")
         must_go = element.to is None and (verb.must_go or element.via)
         if must_go or any(isinstance(tail, Spot) for tail in tails):
             self.fail(who, f"'to' behind {who}", f"Write where {who} goes: 'to 0.5 2'.", "no way")
         if verb.link and not links and verb.role != "target":
             what, advice = f"'{verb.link}' behind {who}", f"Write '{written} {verb.link} D1'."
             self.fail(who, what, advice, "nobody")
-        self._add(elements=(*self.diagram.elements, element))
+        self._drawn(element, who)

@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Hashable, Mapping
+from difflib import get_close_matches
 from functools import cache
 from importlib import resources
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn
@@ -61,6 +62,7 @@ TIME.2: /(?:{"|".join(UNITS["time"])}){_BEHIND}/
 %ignore /#[^\n{_END}]*/
 """
 _WORD = re.compile(r'"([^\W\d]\w*)"')
+_QUOTED = re.compile(rf'"[^"\n]*"|#[^\n]*|({_NAME})')
 _LINE = re.compile(r'(?:"[^"]*"|[^"#])*')
 _DEEPEST = 50  # Most brackets inside one another: far from Python's limit of nested calls
 
@@ -77,6 +79,13 @@ def _parser(file: str) -> Lark:
     terminals = [f"{name}.2: /{word}{_BEHIND}/" for word, name in words.items()]
     terminals += [f"{name}: /{_NAME}/" for name in sorted(names)]
     return Lark("\n".join([text, *terminals]), parser="lalr", maybe_placeholders=True)
+
+
+@cache
+def _keywords(file: str) -> tuple[str, ...]:
+    """Return the words of a file of lark that are no names."""
+    of = [re.findall("[a-z]{2,}", t.pattern.value) for t in _parser(file).terminals if t.priority]
+    return tuple(dict.fromkeys(word for words in of for word in words))
 
 
 def _marked(text: str) -> str:
@@ -97,9 +106,11 @@ def read_statements(file: str, text: str, reading: Reading) -> None:
     """Call a method of ``reading`` for every rule of a text, the inner ones first."""
     from lark import UnexpectedInput
 
+    marked = _marked(text)
     try:
-        tree = _parser(file).parse(_marked(text))
+        tree = _parser(file).parse(marked)
     except UnexpectedInput as error:
+        _refuse_misspelt(error, file, marked, reading)
         _refuse_input(error, _parser(file), text, reading)
     _made(tree, reading, 0)
 
@@ -119,6 +130,54 @@ def _made(tree: Tree[Token], reading: Reading, depth: int) -> Any:  # noqa: ANN4
 
 def _together(*parts: object) -> tuple[object, ...]:
     return parts
+
+
+def _refuse_misspelt(error: UnexpectedInput, file: str, marked: str, reading: Reading) -> None:
+    """Refuse a word if the statement can be read further with a keyword that is spelt alike."""
+    from lark import Token
+
+    at, keywords = error.pos_in_stream or 0, _keywords(file)
+    begin, end = marked.rfind(_END, 0, at) + 1, marked.find(_END, at) + 1
+    statement, furthest = marked[begin:end], at - begin
+    found: tuple[int, str, str] | None = None
+    for match in _QUOTED.finditer(statement):
+        word = match[1] or "" if match.start() <= at - begin else ""
+        near = [] if word in ("", *keywords) else get_close_matches(word, keywords, n=3, cutoff=0.6)
+        for keyword in near:
+            changed = f"{statement[: match.start()]}{keyword}{statement[match.end() :]}"
+            reached = _reached(file, changed) + len(word) - len(keyword)
+            if reached > furthest:
+                furthest, found = reached, (begin + match.start(), word, keyword)
+    if found:
+        place, word, keyword = found
+        line, column = marked.count("\n", 0, place) + 1, place - marked.rfind("\n", 0, place)
+        token = Token("WORD", word, place, line, column)
+        reading.fail(token, repr(keyword), f"Did you mean {keyword}?")
+
+
+def _reached(file: str, statement: str) -> int:
+    """Return up to where a statement can be read; more than its length for all of it."""
+    from lark import UnexpectedInput
+
+    try:
+        _parser(file).parse(statement)
+    except UnexpectedInput as error:
+        return error.pos_in_stream or 0
+    return len(statement) + 100
+
+
+def slip(word: str, keywords: Collection[str]) -> str:
+    """Return the keyword of which a word has one letter more, less, other or exchanged, or "".
+
+    >>> slip("tehn", ["then"]), slip("wth", ["with"]), slip("then", ["then"]), slip("on", ["to"])
+    ('then', 'with', '', '')
+    """
+    for known in keywords if len(word) > 2 and word not in keywords else ():
+        same = next((k for k, (a, b) in enumerate(zip(word, known)) if a != b), len(known))
+        one, other = word[same:], known[same:]
+        if one[1:] in (other, other[1:]) or one == other[1:] or one[1::-1] + one[2:] == other:
+            return known
+    return ""
 
 
 def _refuse_input(error: UnexpectedInput, lark: Lark, text: str, reading: Reading) -> NoReturn:
@@ -173,7 +232,7 @@ class Reading:
     def __init__(self, where: str) -> None:
         self.where = where
         self.tokens: list[Token] = []
-        self.said: dict[str, int] = {}
+        self.said: dict[Hashable, int] = {}
 
     def advise(self, before: list[Token]) -> str:
         """Return what to do about an error behind some tokens of a statement."""
@@ -186,11 +245,19 @@ class Reading:
         fault = Fault(expected, found, advice, token.line or 0, token.column or 0)
         raise SceneError(fault, where=self.where)
 
-    def once(self, token: Token, key: str, what: str) -> None:
-        """Refuse a token if an earlier line stated the same thing."""
-        line = self.said.setdefault(key, token.line or 0)
-        if line != token.line:
-            self.fail(token, what, f"Line {line} says it already: leave one of them out.")
+    def once(self, token: Token, key: Hashable, what: str) -> None:
+        """Refuse a token if the same thing was stated before."""
+        if key in self.said:
+            advice = f"Line {self.said[key]} says it already: leave one of them out."
+            self.fail(token, what, advice)
+        self.said[key] = token.line or 0
+
+    def unknown(
+        self, token: Token, what: str, known: Collection[str], advice: str = ""
+    ) -> NoReturn:
+        """Refuse a name that is none of the known ones, and say which is spelt alike."""
+        near = suggestion(token, known).strip() or advice or self.advice.get("NAME", "")
+        self.fail(token, f"{what} ({', '.join(known)})", near)
 
     def number(self, token: Token) -> float:
         """Return a finite number."""

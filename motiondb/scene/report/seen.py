@@ -33,7 +33,6 @@ HELD, HELD_FOR = 0.02, 1.0
 """Speed of the fastest joint, m/s, below which a pose is held, and seconds from which it counts."""
 MOVING_GAP = 1.0  # Seconds that somebody who keeps moving may stand
 _THICK = 0.05  # Radius of limbs that things must not pass through, m
-_TALL = 2.0  # Height, m, up to which a level place stands on the ground, as a table does
 _TRUNK = np.array([
     [body.INDEX[a], body.INDEX[b]]
     for a, b in (("neck", "pelvis"), ("l_hip", "l_knee"), ("r_hip", "r_knee"))
@@ -163,7 +162,7 @@ def _through_places(table: RuleTable, name: str, joints: FloatArray) -> Iterator
     """Yield the places that stand on the ground, such as tables, with somebody in the middle."""
     trunk = joints[:, _TRUNK]
     for place in table.places.values():
-        if place.at is None or place.is_upright or not 0.0 < place.height < _TALL:
+        if place.at is None or not place.is_in_the_way:
             continue
         above, below = trunk[:, :, 0], trunk[:, :, 1]
         rise = above[..., 1] - below[..., 1]

@@ -217,8 +217,9 @@ def _block(settings: SamplerSettings, temperature: float, groups: ClipGroups, ch
         chain.move(propose, settings.inner, groups, temperature, sums, settings.attention)
         chain.note_best()
         chain.walk(settings.steps, groups, temperature, sums)
-        chain.assign_all()
         chain.note_best()
+    chain.assign_all()
+    chain.note_best()
 
 
 def _cooled(

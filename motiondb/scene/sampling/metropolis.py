@@ -179,12 +179,19 @@ def accepts(u: float, gain: float) -> bool:
 
 
 @compiled
-def price(scene: SceneArrays, how: Walk) -> float:
-    """Return the price of delays and frames."""
-    waited, end = 0, 0
+def room(u: float, temperature: float) -> float:
+    """Return by how much -log P may rise for :func:`accepts`."""
+    return -temperature * math.log(max(u, 1e-300))
+
+
+@compiled
+def price(scene: SceneArrays, how: Walk, player: int = 0, later: int = 0, longer: int = 0) -> float:
+    """Return the price of delays and frames if a player began ``later`` and took ``longer``."""
+    waited, end = later, 0
     for p in range(len(scene.n_clips)):
         waited += scene.begin[p, 0]
-        end = max(end, scene.begin[p, scene.n_clips[p]])
+        more = later + longer if p == player else 0
+        end = max(end, scene.begin[p, scene.n_clips[p]] + more)
     return float(how.delay * waited + how.duration * end)
 
 
@@ -208,10 +215,17 @@ def _exchange(
     """Do an EXCHANGE step; return whether it was accepted, and the new sum of errors."""
     player, k = chosen_by(how.errors, scene.n_clips, u[1] * total)
     before = float(scene.total[0]) + price(scene, how)
-    new = uniform_entry(library, scene.entry[player, k], u[2])
-    now = swap(scene, library, player, k, new) + price(scene, how)
+    old = scene.entry[player, k]
+    new = uniform_entry(library, old, u[2])
+    back = -math.log(how.errors[player, k] / total)
+    cost = price(scene, how, player, 0, library.clips[new].n_frames - library.clips[old].n_frames)
+    limit = before + room(u[3], how.temperature) + how.temperature * back - cost
+    now = swap(scene, library, player, k, new, limit) + cost
+    if now == math.inf:
+        undo(scene)
+        return False, total
     new_total = token_errors(scene, library, how.after)
-    ratio = math.log(how.after[player, k] / new_total) - math.log(how.errors[player, k] / total)
+    ratio = math.log(how.after[player, k] / new_total) + back
     if accepts(u[3], (before - now) / how.temperature + ratio):
         for p in range(len(scene.n_clips)):
             for m in range(scene.n_clips[p]):
@@ -266,12 +280,13 @@ def _clip_step(
     origin = (start[0], start[1], start[2])
     if u[4] < how.tails:
         origin = origin_for_tail(scene, library, player, k, new)
-    delay = scene.begin[player, 0]
-    if u[5] < how.tails:
-        delay += library.clips[old].n_frames - library.clips[new].n_frames
+    longer = library.clips[new].n_frames - library.clips[old].n_frames
+    later = -longer if u[5] < how.tails else 0
     energy = float(scene.total[0]) + price(scene, how)
-    begin = (origin[0], origin[1], origin[2], delay)
-    now = change(scene, library, player, k, new, begin) + price(scene, how)
+    cost = price(scene, how, player, later, longer)
+    limit = energy + room(u[6], how.temperature) + how.temperature * ratio - cost
+    begin = (origin[0], origin[1], origin[2], scene.begin[player, 0] + later)
+    now = change(scene, library, player, k, new, begin, limit) + cost
     if accepts(u[6], (energy - now) / how.temperature + ratio):
         return True
     undo(scene)
@@ -292,7 +307,8 @@ def _place_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Wal
     x = pivot[0] + dx * c + dz * s + PUSH * size * right
     z = pivot[1] - dx * s + dz * c + PUSH * size * ahead
     energy = float(scene.total[0])
-    now = move(scene, library, player, x, z, start[2] + turn)
+    limit = energy + room(u[8], how.temperature)
+    now = move(scene, library, player, (x, z, start[2] + turn), limit)
     if accepts(u[8], (energy - now) / how.temperature):
         return True
     undo(scene)
@@ -345,8 +361,10 @@ def _meet_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk
     wanted = delay + sign * round(lateness(scene, library, r, meant))
     new = wanted + round(TAIL * math.tan(math.pi * (u[3] - 0.5)))
     energy = float(scene.total[0]) + price(scene, how)
-    now = shift(scene, library, player, new) + price(scene, how)
     ratio = _tail(delay - wanted) - _tail(new - wanted)
+    cost = price(scene, how, player, new - delay)
+    limit = energy + room(u[4], how.temperature) + how.temperature * ratio - cost
+    now = shift(scene, library, player, new, limit) + cost
     if scene.meant[r] == meant and accepts(u[4], (energy - now) / how.temperature + ratio):
         return True
     undo(scene)

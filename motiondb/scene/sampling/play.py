@@ -108,7 +108,7 @@ class Play:
         """Return a scene's arrays, evaluated."""
         weights = self.binder.grammar.weights
         excess = self.prices.excess
-        return scene_arrays(state, self.library, table, weights, self.every, excess)
+        return scene_arrays(state, self.library, table.weighed, weights, self.every, excess)
 
     def energy(self, scene: SceneArrays, table: RuleTable) -> float:
         """Return -log P(Z) of a scene with g_user = 0, which is that of P(Y), with all prices."""

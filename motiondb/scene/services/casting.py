@@ -15,7 +15,7 @@ Artificial Intelligence 49 (1991).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -36,6 +36,7 @@ from motiondb.scene.language.semantic_rules import (
 )
 from motiondb.scene.language.tactics import Diagram, Element, Stretch
 from motiondb.scene.sampling.random_subtrees import Derivations
+from motiondb.scene.services.contradictions import NEAR, check_distances
 from motiondb.scene.services.services import plan
 
 
@@ -67,6 +68,8 @@ def try_cast(
             faults[name] = made
         else:
             trees[name] = made
+    if not faults:
+        check_distances(diagram, grammar, trees, where)
     return trees, faults
 
 
@@ -207,7 +210,6 @@ def _without_role(
 FASTEST = 8.0  # Speed of a pelvis, m/s, that nobody exceeds
 SHORTEST = 0.2  # Seconds that any act takes at least: the shortest clip
 _SLACK = 0.1  # By how much a time that a diagram states may be missed, s: about two frames
-_NEAR = 1.0  # How far from the drawing people may be, m
 
 _Time = tuple[str, int, str]  # Player, act, and "begin", "event" or "end"
 
@@ -261,7 +263,7 @@ def _links(
     one, other = (name, k, "event"), (item.other, item.other_item, "event")
     gives = any(diagram.activity.deed(action) == GIVE for action in item.actions)
     apart = math.hypot(item.way[-1].x - theirs.way[0].x, item.way[-1].z - theirs.way[0].z)
-    lag = max(apart - 2.0 * _NEAR, 0.0) / PASS_SPEED if gives else 0.0
+    lag = max(apart - 2.0 * NEAR, 0.0) / PASS_SPEED if gives else 0.0
     why = f"{item.other} does {theirs} when {name} does {item}"
     answers = {action for said in diagram.activity.answers for action in said.answers}
     later = gives or answers.issuperset(theirs.actions)
@@ -344,17 +346,40 @@ def _check_stretch(
         for spot in (item.way[0], item.way[-1]):
             ends = [line_error(_point(spot), _point(a), _point(b)) for a, b in ways]
             apart = float(min(ends))
-            if apart > kept.far + _NEAR:
+            farthest = max(math.hypot(spot.x - a.x, spot.z - a.z) for a in theirs)
+            if apart > kept.far + NEAR or farthest < kept.near - NEAR:
                 element = diagram.elements[item.element]
                 found = (
                     f"{kept.player} at {spot.x:g} {spot.z:g} in '{element}' (line {element.line}),"
                     f" {apart:.1f} m from wherever {kept.other} is drawn then"
                 )
-                advice = "Draw it nearer, or let the stretch end before."
+                too_far = apart > kept.far
+                advice = (
+                    f"Draw it {'nearer' if too_far else 'farther'}, or let the stretch end before."
+                )
                 fields = {"found": found.replace(f" (line {element.line})", "")}
-                what, about = "places that are as near", str(kept)
+                what, about = f"places that are as {'near' if too_far else 'far'}", str(kept)
                 fault = Fault(what, found, advice, kept.line, 0, about, "apart", fields)
                 raise SceneError(fault, where=where)
+    for when, (one, other) in _both(diagram, items, kept):
+        apart = math.hypot(one.x - other.x, one.z - other.z)
+        if not kept.near - NEAR <= apart <= kept.far + NEAR:
+            what, found = f"places {when} that keep it", f"{apart:.1f} m between them"
+            advice = "Move them, or say from which step to which."
+            fault = Fault(what, found, advice, kept.line, 0, str(kept))
+            raise SceneError(fault, where=where)
+
+
+def _both(
+    diagram: Diagram, items: dict[str, tuple[Item, ...]], kept: Stretch
+) -> Iterator[tuple[str, tuple[Spot, ...]]]:
+    """Yield where both players of a stretch are drawn at its beginning and at its end."""
+    names = kept.player, kept.other
+    if not kept.last:
+        yield "to begin", tuple(diagram.player[name].at for name in names)
+    within = [[i for i in items[n] if i.element >= 0 and _inside(diagram, i, kept)] for n in names]
+    if kept.last and all(len(row[-1].way) > 1 for row in within if row) and all(within):
+        yield "to end", tuple(row[-1].way[-1] for row in within)
 
 
 def _inside(diagram: Diagram, item: Item, kept: Stretch) -> bool:

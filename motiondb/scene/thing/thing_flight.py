@@ -203,6 +203,11 @@ ring."""
 BOUNCE = 0.7
 """Fraction of the speed after the floor. Chosen by hand: the rules of basketball ask for 0.82 to
 0.87 for a new ball dropped from 1.8 m; the net takes more."""
+CAUGHT = 40  # Frames after something is sent within which somebody may take it in flight
+STRIKING = 15
+"""Frames around the event of a strike in which a foot or hand may meet what lies: captures of kicks
+have their event where the foot is highest."""
+_STRIKING = [_I[name] for name in ("l_ankle", "r_ankle", "l_toe", "r_toe", "l_wrist", "r_wrist")]
 REACHING = 8  # Frames over which hands move to the object and away from it
 _BEFORE_FEET = 0.4  # How far from a player something is put that is put down for them, m
 _LIFT = 12  # Frames in which an object goes from where it lies to where it is held
@@ -244,11 +249,13 @@ def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]
     is_loose = acts.lies is not None
     if acts.lies is not None:
         positions[:] = acts.lies.at
-    for number, possession in enumerate(acts.possessions):
+    before: Possession | None = None
+    for of in acts.possessions:
+        possession = _struck(of, joints, positions) if of.is_struck else of
         since, until = possession.since, possession.until
         held = held_thing(possession, *joints[possession.player], size)
-        before = None if number == 0 else acts.possessions[number - 1]
-        if is_loose:
+        caught = before is not None and _is_caught(before, possession)
+        if is_loose and not caught:
             held = _taken(held, since, positions[since].copy())
         if possession.left == PUT:
             lies = _put_at(possession, held, joints, size)
@@ -266,12 +273,33 @@ def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]
             body_there = joints[possession.player][0][inner]
             positions[inner] = way + _around(way, body_there, size / 2.0)
             free[inner[1:-1]] = True
-        if before is not None and before.left == GIVE:
+        if before is not None and (before.left == GIVE or caught):
             _pass(positions, before.until, since)
+            sent = sent[: len(sent) - caught]
         if possession.left == SEND:
             sent += _send(positions, possession, joints, size)
-        is_loose = possession.left in (SEND, PUT)
+        is_loose, before = possession.left in (SEND, PUT), possession
     return Ball(positions, holder, _gaps(positions, holder, free, moved), size, tuple(sent)), moved
+
+
+def _is_caught(before: Possession, after: Possession) -> bool:
+    """Return whether what somebody sends is taken in flight: within :data:`CAUGHT` frames."""
+    return before.left == SEND and after.since - before.until <= CAUGHT and not after.is_struck
+
+
+def _struck(
+    possession: Possession,
+    joints: Sequence[tuple[FloatArray, FloatArray]],
+    positions: FloatArray,
+) -> Possession:
+    """Return when something is struck where it lies: when a foot or hand is nearest to it."""
+    first = max(possession.until - STRIKING, 0)
+    around = slice(first, possession.until + STRIKING + 1)
+    limbs = joints[possession.player][0][around, _STRIKING]
+    apart = np.linalg.norm(limbs - positions[around, None], axis=2).min(axis=1)
+    early = np.abs(np.arange(len(apart)) + first - possession.until)
+    frame = first + int(np.argmin(apart + 1e-3 * early))  # the event, if no frame is nearer
+    return replace(possession, since=frame, until=frame)
 
 
 def _put_at(

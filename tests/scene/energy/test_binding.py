@@ -20,6 +20,7 @@ from motiondb.scene.energy.binding import (
     KINDS,
     LINE,
     ON_THE_WAY,
+    ORDER,
     POINT,
     POSITION,
     SYNCHRONISATION,
@@ -122,6 +123,29 @@ def test_a_pass_that_nobody_asks_for_has_no_receiver() -> None:
     assert {row["weight"] for row in unmet} == {0.1}
     assert {table.actions[2][row["first"]] for row in unmet} == {"pass"}
     assert table_of("give-and-go").rows["kind"].max() < UNMET
+
+
+def test_order_is_wished_for_where_no_link_ensures_it_and_tables_are_in_the_way() -> None:
+    grammar = read_motion_grammar(
+        "start S\nobject cup\nplace table height 70 cm size 60 cm\nplace mark\n"
+        "S -> do S | do | hand S | hand | get S | get | sit S | sit\n"
+        'do := "do"\nhand := "hand"\nget := "get"\nsit := "sit"\n'
+        "hand: give(cup)\nget: take(cup)\nsit: distance(table, <= 20 cm)\n",
+        "x",
+    )
+    text = (
+        "place table at 2 0\nplace mark at 0 3\nplayer A at 0 0\nplayer B at 3 3\n"
+        "1 do A\n2 hand A to B\n3 do B\n4 do A\n5 sit B"
+    )
+    diagram = read_diagram(text, "x", grammar.activity)
+    table = bind(diagram, grammar, casting.cast(diagram, grammar, "x"))
+    assert table.actions == (("do", "hand", "do"), ("get", "do", "sit"))
+    orders = [row for row in table.wishes.tolist() if row[0] == ORDER]
+    # player, action, other, action; the hand-over ensures that A's first two come before B's do
+    assert [(row[1], row[2], row[6], row[16]) for row in orders] == [(0, 2, 1, 2), (1, 1, 0, 2)]
+    (way,) = [row for row in table.wishes.tolist() if row[0] == DISTANCE]
+    assert (way[1:5], way[7:9], way[12]) == ((0, 0, 3, THROUGHOUT), (2.0, 0.0), 0.3)
+    assert len(table.weighed.rows) == len(table.rows) + 3
 
 
 def test_rules_of_a_nonterminal_are_about_what_it_derives() -> None:

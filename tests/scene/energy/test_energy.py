@@ -25,6 +25,7 @@ from motiondb.scene.energy.binding import (
     HEADING,
     LINE,
     ON_THE_WAY,
+    ORDER,
     POSITION,
     SYNCHRONISATION,
     THROUGHOUT,
@@ -32,6 +33,7 @@ from motiondb.scene.energy.binding import (
     bind,
 )
 from motiondb.scene.energy.placement import clip_arrays
+from motiondb.scene.energy.rule_kernels import EARLIER
 from motiondb.scene.energy.scene_arrays import MOST_DELAY, PlayerState, SceneState, scene_state
 from motiondb.scene.language.semantic_rules import Weights
 from motiondb.scene.services import casting, services
@@ -65,7 +67,7 @@ def cast(name: str):
         validation = services.validate(grammar, string.split(), start)
         assert validation.allowed, validation.message
         trees[player] = validation.tree
-    table = bind(diagram, grammar, trees)
+    table = bind(diagram, grammar, trees).weighed
     return diagram, grammar, table, [trees[name] for name in table.players]
 
 
@@ -149,6 +151,10 @@ class Twin:
             return 1.0
         if row["kind"] == SYNCHRONISATION:
             return self.synchronisation(row)
+        if row["kind"] == ORDER:
+            begins = self.begins[row["player"]][row["first"]]
+            ends = self.begins[row["target"]][row["partner_first"] + 1]
+            return min(max(begins + EARLIER - ends, 0) / 30.0, 1.0)
         actual = []
         for frame in self.moments(row):
             x, z, theta = self.at(row["player"], frame)
@@ -233,7 +239,7 @@ def changed(scene, library, rng) -> tuple[float, Callable[[], None]]:
     if way < 0.6:
         return energies.swap(scene, library, player, k, entry), back
     if way < 0.7:
-        return energies.move(scene, library, player, x + dx, z + dz, theta + turn), back
+        return energies.move(scene, library, player, (x + dx, z + dz, theta + turn)), back
     if way < 0.8:
         return energies.shift(scene, library, player, delay), back
     origin = (x + dx, z + dz, theta + turn)
@@ -270,6 +276,28 @@ def test_incremental_energies_are_those_from_nothing(wandering, seed, name, ever
             np.testing.assert_array_equal(scene.overlaps, fresh.overlaps)
     twin = Twin(state, library, table, WEIGHTS, every)
     assert scene.total[0] == pytest.approx(twin.total, abs=1e-6)
+
+
+def test_a_change_above_its_limit_is_infinite_and_others_are_whole(wandering) -> None:
+    rng = np.random.default_rng(4)
+    state, library, table = random_scene(wandering, "give-and-go", rng)
+    arrays = clip_arrays(library)
+    scene = energies.scene_arrays(state, arrays, table, WEIGHTS)
+    refused = 0
+    for _ in range(300):
+        player = int(rng.integers(len(scene.n_clips)))
+        k = int(rng.integers(scene.n_clips[player]))
+        clip = arrays.clips[scene.entry[player, k]]
+        entry = int(rng.integers(clip["first"], clip["last"]))
+        energy_then = energies.swap(scene, arrays, player, k, entry)
+        energies.undo(scene)
+        limit = energy_then + rng.normal(0.0, 100.0)
+        actual = energies.swap(scene, arrays, player, k, entry, limit)
+        assert actual == energy_then or (math.isinf(actual) and energy_then > limit)
+        refused += math.isinf(actual)
+        energies.undo(scene)
+        assert energies.evaluate(scene, arrays) == pytest.approx(scene.total[0])
+    assert refused > 50
 
 
 def test_what_is_taken_back_was_never_there(wandering) -> None:

@@ -14,6 +14,7 @@ from motiondb.records import Motion
 from motiondb.scene.clips.clip_cutting import found_instant
 from motiondb.scene.energy.binding import DISTANCE, SYNCHRONISATION, UNMET, bind
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
+from motiondb.scene.language.activity import Thing
 from motiondb.scene.language.expressions import exact_actions, expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.motion_grammar import MotionGrammar
@@ -22,7 +23,7 @@ from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import aligned
 from motiondb.scene.language.tactics_file import format_diagram, parse_diagram, read_diagram
 from motiondb.scene.services.casting import cast, check_times
-from motiondb.scene.thing.thing_acts import ThingActs, thing_acts
+from motiondb.scene.thing.thing_acts import Aim, Possession, ThingActs, thing_acts
 from motiondb.scene.thing.thing_flight import fly
 from motiondb.scene.timing.timeline import sampled_timeline
 
@@ -206,6 +207,24 @@ def test_what_is_struck_lies_and_is_in_nobodys_hands(wandering) -> None:
     assert set(ball.holder) == {-1}
     assert moved == [stand, stand]
     assert [(sent.frame, sent.target) for sent in ball.sent] == [(struck.until, "goal")]
+    stand.root_positions[struck.until - 5] = 2.0, 0.0, 0.0  # a limb is nearest to the cup then
+    assert [sent.frame for sent in fly(acts, [stand, stand])[0].sent] == [struck.until - 5]
+
+
+def test_what_is_sent_flies_to_who_takes_it_within_a_moment() -> None:
+    sent = Possession(0, 10, 10, left="send", aim=Aim("goal", (0.0, 1.0, 9.0), 3.0, True))
+    upright = np.zeros((90, 21, 4), np.float32)
+    upright[..., 0] = 1.0
+    stands = [Motion(upright, np.full((90, 3), z, np.float32)) for z in (0.0, 6.0)]
+    lies = Aim("spot", (0.0, 0.1, 0.5))
+    for since, misses in ((30, 0), (80, 1)):
+        acts = ThingActs((sent, Possession(1, since, 89)), Thing("ball"), lies)
+        ball, _ = fly(acts, stands)
+        assert len(ball.sent) == misses
+        assert ball.holder[since] == 1
+    caught, _ = fly(ThingActs((sent, Possession(1, 30, 89)), Thing("ball"), lies), stands)
+    ahead = np.diff(caught.positions[10:31, 2])
+    np.testing.assert_allclose(ahead, ahead[0])
 
 
 def test_a_time_that_is_asked_for_does_not_change_the_receiver(wandering) -> None:
@@ -363,6 +382,108 @@ def test_steps_that_no_time_suits_or_that_are_not_drawn_are_told() -> None:
     assert "'A keeps moving from 1 to 7': expected a step of the diagram (1), found 7" in (
         refusal(WAYS, "player A at 0 0\n1 wait A\nA keeps moving from 1 to 7")
     )
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("plac bench at 1 2", "2:1: expected a step's number, or one of diagram,"),
+        ("plyer B at 5 0", "2:1: expected a step's number, or one of"),
+        ("palyer B at 5 0", "Did you mean player"),
+        ("grund 8 x 6", "2:1: expected 'ground', found 'grund'. Did you mean ground?"),
+        ("stp 2 comes 1 s after 1", "2:1: expected 'step', found 'stp'. Did you mean step?"),
+        ("A keep moving", "2:3: expected 'keeps', found 'keep'. Did you mean keeps?"),
+        ("A keeps movin", "2:9: expected 'moving', found 'movin'. Did you mean moving?"),
+        ("1 dos A run", "2:3: expected 'does', found 'dos'. Did you mean does?"),
+        ("1 run A too 0 3", "2:9: expected 'to', found 'too'. Did you mean to?"),
+        ("1 run A vai B", "2:9: expected 'via', found 'vai'. Did you mean via?"),
+        ("1 wait A\n1 wait A", "3:8: expected 'wait A' once in step 1, found 'A'. Line 2 says it"),
+        ("A keeps moving\nA keeps moving", "3:1: expected every line once, found 'A'. Line 2"),
+        ("1 wait A caught 2", "2:8: expected 'caught' behind what gives"),
+    ],
+)
+def test_slips_in_a_diagram_are_told_with_line_and_column(line: str, message: str) -> None:
+    """Where any name may stand, too: a role that no grammar declares, the word before a player."""
+    assert message in refusal(WAYS, f"player A at 0 0\n{line}")
+
+
+def test_a_right_word_is_not_offered_for_itself() -> None:
+    told = refusal(DANCE, "leader Lea to 0 0")
+    assert "found 'leader'. Write 'leader Lea at 0 8'." in told
+
+
+def test_a_place_spelt_like_one_of_the_grammar_is_told() -> None:
+    assert "the place table of the grammar, found 'tabel'. Did you mean table?" in (
+        refusal(CUP, "place tabel at 1 1\nplayer A at 0 0")
+    )
+
+
+NEARLY = read_motion_grammar(
+    """
+    start S
+    ground 8 x 6
+    place post at 0 2
+    S -> walk | walk S | hug | hug S | wave | wave S
+    walk := "walk"
+    hug := "hug"
+    wave := "wave"
+    verb hug = hug with partner
+    verb greet = hug | wave with partner
+    verb go = walk to X Z
+    verb lean = walk then wave at target to X Z
+    hug: distance(partner, <= 1 m)
+    wave: distance(post, <= 50 cm) at end
+    """,
+    "nearly",
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            "2 hug A with B\nA keeps 2 m .. 4 m to B from 1 to 3",
+            "'A keeps 2 m .. 4 m to B from 1 to 3', and at most 1 m from A to B in 'hug A with B'",
+        ),
+        ("2 hug B with A\nA keeps 2 m .. 4 m to B from 1 to 3", "at most 1 m from B to A in"),
+        ("2 hug A with B\nA keeps 1 m .. 4 m to B from 1 to 3", ""),
+        ("2 hug A with B\nA keeps 2 m .. 4 m to B from 3 to 3", ""),
+        ("2 greet A with B\nA keeps 2 m .. 4 m to B from 1 to 3", ""),
+        (
+            "2 wave A\nA keeps 1 m .. 2 m to B from 2 to 2\nB keeps 2.5 m .. 4 m to A from 2 to 3",
+            "distances that can be kept at once, found 'A keeps 1 m .. 2 m to B from 2 to 2', and",
+        ),
+        (
+            "2 wave A\nA keeps 1 m .. 2 m to B from 2 to 2\nB keeps 2.5 m .. 4 m to A from 3 to 3",
+            "",
+        ),
+        ("A keeps 11 m .. 12 m to B from 1 to 3", "expected places that are as far"),
+        (
+            "4 go B to 3.9 -2.9\nA keeps 6 m .. 9 m to B",
+            "places to begin that keep it, found 2.0 m between them",
+        ),
+        ("2 lean A at post to 3 -2", "at most 0.5 m from A to post in 'lean A at post' (line 5),"),
+        ("2 lean A at post to 0.4 1.6", ""),
+        ("place post at 0 9\n2 lean A at post", "on a ground of 8 x 6 m"),
+        (
+            "4 go B to 3.9 -2.9\n5 go B to 0.9 1\n5 go A to 0.2 1\n"
+            "A keeps 3.5 m .. 9 m to B from 5 to 5",
+            "places to end that keep it, found 0.7 m between them",
+        ),
+    ],
+)
+def test_distances_that_nobody_can_keep_are_refused_before_sampling(
+    text: str, message: str
+) -> None:
+    drawn = "player A at -1 0\nplayer B at 1 0\n1 go A to -1 1\n3 go B to 1 1\n" + text
+    diagram = read_diagram(drawn, "x", NEARLY.activity)
+    told = ""
+    try:
+        cast(diagram, NEARLY, "x")
+    except SceneError as error:
+        told = str(error)
+    assert bool(message) == bool(told)
+    assert message in told
 
 
 def test_a_place_that_is_too_far_for_what_is_kept_is_told() -> None:

@@ -21,7 +21,7 @@ from motiondb.scene.sampling.annealing import SamplerSettings
 from motiondb.scene.sampling.clip_choice import clip_groups, smooth_entry
 from motiondb.scene.sampling.metropolis import origin_for_tail
 from motiondb.scene.sampling.play import make_play
-from motiondb.scene.sampling.scene_chain import Chain, least_error
+from motiondb.scene.sampling.scene_chain import Chain, Structure, least_error
 
 from .test_sampling import ALONE, EXCHANGES, TOY, toy_play, toy_state
 
@@ -195,5 +195,6 @@ def test_an_assignment_that_was_chosen_stays_until_another_is_better() -> None:
     assert chain.assign(0)
     assert [one.spans for one in chain.strings] == [((0, 1), (2, 5))]
     assert chain.energy < before
-    best = least_error(play, state, [play.binder.string(0, tree, worse)], 0, tree)
+    known = Structure(chain.scene, chain.table, [play.binder.string(0, tree, worse)])
+    best = least_error(play, state, known, 0, tree)
     assert [one.spans for one in best.strings] == [one.spans for one in chain.strings]
