@@ -100,14 +100,17 @@ def gauged_otherwise(action: PlannedAction, track: FloatArray) -> tuple[list[str
     measure = action.measure
     if measure is None:
         return [], []
-    if not is_gauged(measure, action.words):
-        return [], [NotUsed(measure.say(), "it is measured of turns, ways and steps")]
+    if action.times is not None or not is_gauged(measure, action.words):
+        return [], [NotUsed(measure.say(), "it is measured of one turn, way or walk alone")]
     found = [amount for amount, *_ in amounts_of(measure, action.words, track)]
     if not found:
         return [], [NotUsed(measure.say(), "nothing of it is measured in the motion")]
-    amount = min(found, key=lambda one: (max(outside(measure, one), 0.0), abs(one - measure.least)))
+    amount = min(
+        found,
+        key=lambda one: (max(outside(measure, one, action.words), 0.0), abs(one - measure.least)),
+    )
     told = say_amount(measure, action.words, amount)
-    if outside(measure, amount) > 0.0:
+    if outside(measure, amount, action.words) > 0.0:
         return [], [NotUsed(measure.say(), f"it {told}")]
     return [f"{measure.say()}: it {told}"], []
 

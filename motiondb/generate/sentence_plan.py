@@ -197,9 +197,9 @@ def _with_amount(
         case Lasting():
             return _lasting(actions, node, notes)
         case Measured():
-            if len(actions) == 1:
+            if len(actions) == 1 and actions[0].measure is None:
                 return [replace(actions[0], measure=node.measure)]
-            notes.left.append(NotUsed(node.measure.say(), "it is measured of one action"))
+            notes.left.append(NotUsed(node.measure.say(), "one amount of one action is measured"))
             return actions
 
 
@@ -229,6 +229,9 @@ def _at_once(
             notes.left.append(NotUsed(say(node), "orders at once are made one after the other"))
             merged += part
             continue
+        second = part[0].measure
+        if second is not None and any(action.measure for action in merged):
+            notes.left.append(NotUsed(second.say(), "one amount of one action is measured"))
         merged = [_with_groups(action, part[0]) for action in merged]
     return merged
 
@@ -241,6 +244,7 @@ def _with_groups(action: PlannedAction, other: PlannedAction) -> PlannedAction:
         (*action.excluded, *other.excluded),
         action.times or other.times,
         action.seconds or other.seconds,
+        action.measure or other.measure,
     )
 
 

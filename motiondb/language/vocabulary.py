@@ -163,7 +163,13 @@ _PHRASES = (
         ),
         r"\1",
     ),
-    (re.compile(r"\b(?:one|single)[-\s](leg|foot)(?:ged|ed)\b", re.IGNORECASE), rf"{SINGLE} \1"),
+    (
+        re.compile(
+            r"\b(?:one|single)[-\s](leg|foot)(?:(?:ged|ed)\b|(?=\s+(?:hop|jump|stand|balanc)))",
+            re.IGNORECASE,
+        ),
+        rf"{SINGLE} \1",
+    ),
     (
         re.compile(
             r"\b(?:high\s+)?(?:above|over)\s+(?:(?:the|his|her|their|its|your|my|one's)\s+)?heads?\b"

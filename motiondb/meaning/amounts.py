@@ -21,6 +21,7 @@ import numpy as np
 
 from motiondb.body.features import runs
 from motiondb.language.question.amounts import Measure
+from motiondb.language.question.tree import LIMBS
 from motiondb.language.vocabulary import TRAVELS
 from motiondb.meaning.degrees import Degree
 from motiondb.meaning.occurrences import FLIGHTS, find_occurrences
@@ -35,7 +36,9 @@ from motiondb.meaning.travelled import (
 from motiondb.records import MOTION_FPS, FloatArray
 
 WITHIN = {"angle": 15.0, "way": 0.15, "speed": 0.2, "steps": 0.0}  # Degrees, m, m/s
+HIGH_WITHIN = 0.03  # Metres, of the height of a jump
 SHARE = 0.2  # Of a number, within which it is met
+SHORTEST = 0.5  # Seconds for which somebody must go, unless the motion is shorter
 SMOOTHED = 0.7  # Seconds over which turning is averaged: hips sway with every step
 TURNS_FROM, LEAST_TURN = 0.25, 20.0  # rad/s and degrees of one turn
 PASSED = 0.08  # Metres by which one foot must be ahead of the other before it is passed again
@@ -51,16 +54,18 @@ def is_gauged(measure: Measure, action: Sequence[str]) -> bool:
     (True, False)
     """
     travels, jumps = not TRAVELS.isdisjoint(action), not set(FLIGHTS).isdisjoint(action)
+    if measure.what == "angle" and not (LIMBS | {"head"}).isdisjoint(action):
+        return False  # which is turned, not the body
     return {
         "angle": bool(turning(action)) or travels,
         "way": travels or jumps,
         "speed": travels and not jumps,
         "steps": travels and not jumps,
-    }[measure.what]
+    }.get(measure.what, False)
 
 
-def outside(measure: Measure, amount: float) -> float:
-    """How far an amount is outside what is asked for; 0 or less if it meets that.
+def outside(measure: Measure, amount: float, action: Sequence[str] = ()) -> float:
+    """How far an amount of an action is outside what is asked for; 0 or less if it meets that.
 
     >>> quarter = Measure("angle", 90, 90)
     >>> outside(quarter, 75.0) <= 0.0, outside(quarter, 180.0) > 0.0
@@ -70,7 +75,8 @@ def outside(measure: Measure, amount: float) -> float:
     """
     if measure.least == measure.most:
         slack = 0.0 if measure.what == "steps" and measure.least < 1 / SHARE else SHARE
-        allowed = max(slack * measure.least, WITHIN[measure.what])
+        within = HIGH_WITHIN if is_height(measure, action) else WITHIN[measure.what]
+        allowed = max(slack * measure.least, within)
         return abs(amount - measure.least) - allowed
     most = amount if measure.most is None else measure.most
     return max(measure.least - amount, amount - most)
@@ -86,7 +92,7 @@ def say_amount(measure: Measure, action: Sequence[str], amount: float) -> str:
     if measure.what == "angle":
         return f"{verb} {amount:.0f} degrees"
     if measure.what == "steps":
-        return f"{verb} {amount:.0f} steps"
+        return f"{verb} {amount:.0f} step{'' if round(amount) == 1 else 's'}"
     return f"{verb} {amount:.2f} m" if measure.what == "way" else f"{verb} {amount:.1f} m/s"
 
 
@@ -108,7 +114,7 @@ def amounts_of(
     if measure.what == "angle":
         return _turned(speeds, action, fps)
     if _is_jump(measure, action):
-        kind = "height" if {"high", "up"}.intersection(action) else "way"
+        kind = "height" if is_height(measure, action) else "way"
         degree = Degree(kind, 1.0, frozenset())
         return [
             (degree.amount(track, a, b), int(a // each), int(-(-b // each)))
@@ -120,6 +126,8 @@ def amounts_of(
         goes &= _smooth(np.max(ways(speeds, direction, "", fps), axis=0), fps) > 0.0
     found = []
     for a, b in runs(np.asarray(goes)):
+        if b - a < SHORTEST * fps and b - a < len(speeds):
+            continue
         if measure.what == "steps":
             feet = track[round(each * a) : round(each * b), 18:20]
             amount = float(count_steps(feet[:, 0] - feet[:, 1]))
@@ -139,6 +147,11 @@ def count_steps(ahead: FloatArray) -> int:
     """
     sides = np.sign(ahead[np.abs(ahead) > PASSED])
     return int(len(sides) > 0) + int((np.diff(sides) != 0).sum())
+
+
+def is_height(measure: Measure, action: Sequence[str]) -> bool:
+    """Whether a measure is the height of a jump."""
+    return _is_jump(measure, action) and not {"high", "up"}.isdisjoint(action)
 
 
 def _is_jump(measure: Measure, action: Sequence[str]) -> bool:

@@ -33,11 +33,13 @@ from motiondb.language.question.tree import (
     LIMBS,
     SIDES,
     Action,
+    Measured,
     Node,
     NotUsed,
     actions_of,
     core,
     map_actions,
+    walk,
 )
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, TRAVELS
 from motiondb.learn.learned import Learned
@@ -217,6 +219,8 @@ def understand(
         read = tuple(_with_unseen(counted(one, is_counted), sentence.unseen) for one in read)
         limits = [_measured_limits(part, only) for one in read for part in one.parts]
         met, unmet = (set[str]().union(*of) for of in zip(*limits))
+        if any(part.measure and not part.measure.what for one in read for part in one.parts):
+            unmet |= {n.measure.say() for n in walk(known.tree) if isinstance(n, Measured)}
         not_searched = tuple(n for n in not_searched if n.text not in met - unmet)
     is_alone = is_single and is_posture_alone(only)
     searched_words = {w for action in read[0].parts[0].actions for w in action}
@@ -281,7 +285,10 @@ def _measured_words(action: tuple[str, ...]) -> frozenset[str]:
 def asked_degree(sentence: Sentence) -> Degree | None:
     """The degree of the only action of a question, also of one that lasts or is repeated."""
     action = core(sentence.parsed.tree)
-    return None if action is None else degree_of(action.all_words)
+    degree = None if action is None else degree_of(action.all_words)
+    if degree is None or not any(isinstance(n, Measured) for n in walk(sentence.parsed.tree)):
+        return degree
+    return replace(degree, sign=0.0)  # as much as is asked for, not as much as possible
 
 
 def without_degree(question: KnownQuestion, degree: Degree) -> KnownQuestion:

@@ -55,6 +55,11 @@ def search_decoded(
             f"search --by-symbols: expected at most {MOST_DECODED} words, found {len(words)}. "
             "Ask for fewer actions, or leave out --by-symbols."
         )
+    if not words:
+        raise QueryError(
+            "search --by-symbols: expected an action that captions say, found none. Leave out "
+            "--by-symbols."
+        )
     decoded = decode(learned, words)
     if decoded is None:
         return answer

@@ -42,11 +42,11 @@ def gauge(
 
     def off(one: tuple[float, int, int]) -> tuple[float, bool, float]:
         here = one[1] < place.end / FEATURE_STEP and one[2] > place.start / FEATURE_STEP
-        return max(outside(measure, one[0]), 0.0), not here, abs(one[0] - measure.least)
+        return max(outside(measure, one[0], action), 0.0), not here, abs(one[0] - measure.least)
 
     amount, first, behind = min(inside, key=off)
     told = say_amount(measure, action, amount)
-    if outside(measure, amount) > 0.0:
+    if outside(measure, amount, action) > 0.0:
         return unsure(place), [f"{told}, not {measure.say()}"], []
     first, behind = max(first, room.start), min(behind, room.stop)
     moved = replace(place, start=FEATURE_STEP * first, end=FEATURE_STEP * behind, unknown=False)

@@ -74,7 +74,12 @@ def to_match(
 
 def _degree(question: AskedQuestion, placed: placing.Placed) -> tuple[str, ...]:
     """How fast, high or far an answer goes, if the question names that."""
-    if question.degree is None or placed.amount is None or np.isnan(placed.amount):
+    if (
+        question.degree is None
+        or not question.degree.sign
+        or placed.amount is None
+        or np.isnan(placed.amount)
+    ):
         return ()
     return (question.degree.say(placed.amount),)
 

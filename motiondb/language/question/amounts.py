@@ -33,11 +33,16 @@ _ONES, _TENS = _ONES_TEXT.split(), _TENS_TEXT.split()
 _NUMBERS = {word: n for n, word in enumerate(_ONES)} | {
     word: 10 * n for n, word in enumerate(_TENS, start=2)
 }  # Value of each number word
+_BELOW_HUNDRED = (
+    rf"(?:(?:{'|'.join(_TENS)})(?:[ -](?:{'|'.join(_ONES[1:10])}))?"
+    rf"|(?:{'|'.join(sorted(_ONES, key=len, reverse=True))}))"
+)
 NUMBER = (
     r"(?:(?<![\d.])[0-9]{1,6}(?:[.,][0-9]{1,6})?(?!\d)"
-    rf"|\b(?:(?:a|one)[ -]hundred|(?:{'|'.join(_TENS)})(?:[ -](?:{'|'.join(_ONES[1:10])}))?"
+    rf"|\b(?:(?:a|{'|'.join(_ONES[1:10])})[ -]hundred(?:(?:\s+and)?[\s-]+{_BELOW_HUNDRED})?"
+    rf"|(?:{'|'.join(_TENS)})(?:[ -](?:{'|'.join(_ONES[1:10])}))?"
     rf"|{'|'.join(sorted(_ONES, key=len, reverse=True))})\b)"
-)  # Pattern of a number of at most six digits, or in words up to a hundred
+)  # Pattern of a number of at most six digits, or in words below a thousand
 
 _HALVES = (
     rf"(?:{NUMBER}\ and\ a\ half|{NUMBER}\ 1/2|(?:one|a)?\ ?half(?:\ of)?(?:\ an?)?"
@@ -45,11 +50,12 @@ _HALVES = (
 )
 _AT_LEAST = (
     r"at\ least|(?:no|not)\ less\ than|no\ fewer\ than|a\ minimum\ of|minimum(?:\ of)?"
-    r"|more\ than|longer\ than|over"
+    r"|(?:more|longer|faster|higher|further|farther|greater)\ than|over"
 )
 _AT_MOST = (
-    r"at\ most|(?:no|not)\ (?:more|longer)\ than|a\ maximum\ of|maximum(?:\ of)?|up\ to|within"
-    r"|less\ than|fewer\ than|shorter\ than|under"
+    r"at\ most|(?:no|not)\ (?:more|longer|faster|higher|further|farther)\ than"
+    r"|a\ maximum\ of|maximum(?:\ of)?|up\ to|within"
+    r"|(?:less|fewer|shorter|slower|lower)\ than|under"
 )
 _CLEARLY_AT_MOST = r"at\ most|(?:no|not)\ (?:more|longer)\ than|less\ than|shorter\ than|within"
 """Also without "for": others are directions, as in "walk up to a second person"."""
@@ -61,7 +67,8 @@ _UNIT = (
     r"(?P<unit>milliseconds?|msecs?|ms|seconds?|secs?|s|minutes?|mins?|min|hours?|hrs?|h)"
     r"(?![\w'])\.?(?!\w)"
 )
-_MORE = r"(?:\s+or\s+(?:(?P<plus>more|longer)|(?P<minus>less|fewer|shorter)))?"
+_MORE = r"(?:\s+or\s+(?:(?P<plus>more|longer|further|farther|faster|higher)"
+_MORE += r"|(?P<minus>less|fewer|shorter|slower)))?"
 
 _DURATION_PATTERN = rf"""
     (?:\b(?:for|lasting|lasts|between|from|during)\s+)?
@@ -91,27 +98,32 @@ _COUNT_PATTERN = rf"""
 
 _TURNS = r"(?:turns?|spins?|rotations?|revolutions?)"
 _TURNED = rf"(?:(?:left|right)\s+)?{_TURNS}"
+_LENGTH = r"(?:(?:centi|kilo|milli)?met(?:er|re)s?|cm|mm|km|m|yards?|miles?|inch(?:es)?)"
+_JUMPED = r"(?:jump|leap|hop|skip|walk|run|jog|sprint|dash|march|stroll|and|or|then|to|in|on|over)"
 _MEASURE_PATTERN = rf"""
-    (?:\b(?:by|through|at|for)\s+)?(?:\b(?:{_COUNT_LIMIT})\s+)?
-    (?:(?:(?:in|along)\s+)?(?:an?\s+|one\s+)?(?P<part>full|whole|complete|half|quarter)
+    (?P<before>\b(?:from|at|on|every|within)\s+(?:an?\s+)?)?
+    (?:\b(?:by|through|for)\s+)?(?:\b(?:{_COUNT_LIMIT})\s+)?
+    (?:(?:(?:in|along)\s+)?(?:(?P<turns>{NUMBER})\s+(?=full|whole|complete)|an?\s+|one\s+)?
+        (?P<part>full|whole|complete|half|three[\s-]quarters?|quarter)
         (?:\s+(?:of\s+)?an?)?[\s-]+(?:circles?\b|(?={_TURNS}\b))
+      |(?P<halves>{NUMBER})\s+and\s+a\s+half\s+(?={_TURNS}\b)
       |(?P<round>(?:90|270)(?=[\s-]+{_TURNED}\b)
           |(?:180|360|540|720)(?=[\s-]+{_TURNED}\b|\s*(?:[,.;]|$)|\s+(?:and|then|left|right)\b))
-      |(?P<low>{NUMBER})(?:{_RANGE}(?P<high>{NUMBER}))?[\s-]*
-       (?P<unit>degrees?\b|°|deg\b|%|percent\b|(?:centi|kilo|milli)?met(?:er|re)s?\b
-          |(?:cm|mm|km|m)(?![\w/])|km/h\b|kph\b|m/s\b|met(?:er|re)s?\ (?:per|a)\ second\b
-          |yards?\b|miles?\b|inch(?:es)?\b|feet(?=\ (?:high|long|far|wide|up|ahead|back))
-          |mph\b|bpm\b|fps\b))
+      |(?:between\s+(?P<from>{NUMBER})\s+and\s+(?P<till>{NUMBER})
+          |(?P<one>an?)(?=\s+(?:(?:kilo)?met(?:er|re)|mile|yard|inch))
+          |(?P<low>{NUMBER})(?:\s?(?:to|or|-|–)\s?(?P<high>{NUMBER}))?)
+       (?:\s+or\s+(?P<early>more|fewer|less))?[\s-]*
+       (?P<unit>{_LENGTH}(?:\s*/\s*|\s+(?:per|an?)\s+)(?:seconds?|sec|s|hours?|h)\b|kph\b|mph\b
+          |steps?\b(?:\s+(?:per|an?)\s+(?:second|minute)\b)?|degrees?\b|°|º|deg\b
+          |{_LENGTH}(?![\w/])|feet(?=\ (?:high|long|far|up)\b)|%|percent\b|bpm\b|fps\b))
     {_MORE}
+    (?P<thing>\s+(?:tall|wide|deep|thick|(?:high|long)(?=\s+(?!{_JUMPED})[^\W\d_]))\b
+       |(?=\s+(?:away|behind|apart|above|below|from|in\s+front)\b))?
 """
 _OF_TURNS = {"half": 180.0, "quarter": 90.0}  # Parts of a turn, degrees; others are whole
-_UNITS = {
-    "angle": {"deg": 1.0, "°": 1.0},
-    "speed": {"km/h": 1 / 3.6, "kph": 1 / 3.6, "m/s": 1.0, "mph": 0.44704},
-    "way": {"cm": 0.01, "mm": 0.001, "km": 1e3, "centi": 0.01, "kilo": 1e3, "milli": 0.001}
-    | {"mile": 1609.344, "m": 1.0, "yard": 0.9144, "inch": 0.0254, "feet": 0.3048},
-}
-"""What is measured -> the beginning of a unit -> its size in degrees, m/s and m."""
+_LENGTHS = {"cm": 0.01, "centi": 0.01, "mm": 0.001, "milli": 0.001, "km": 1e3, "kilo": 1e3}
+_LENGTHS |= {"mile": 1609.344, "m": 1.0, "yard": 0.9144, "inch": 0.0254, "feet": 0.3048}
+"""The beginning of a unit of length -> its size, m; the first that fits counts."""
 
 _DURATION = re.compile(_DURATION_PATTERN, re.VERBOSE | re.IGNORECASE)
 _COUNT = re.compile(_COUNT_PATTERN, re.VERBOSE | re.IGNORECASE)
@@ -129,16 +141,18 @@ def to_number(text: str) -> float:
 
     >>> to_number("2,5"), to_number("twenty-five"), to_number("a hundred")
     (2.5, 25.0, 100.0)
-    >>> to_number("twenty-one"), to_number("1,000")
-    (21.0, 1000.0)
+    >>> to_number("twenty-one"), to_number("1,000"), to_number("one hundred and eighty")
+    (21.0, 1000.0, 180.0)
     """
-    text = text.lower().strip()
+    text = text.lower().strip(" -")
     if re.fullmatch(r"[1-9]\d{0,2},\d{3}", text):  # a comma before three digits parts thousands
         return float(text.replace(",", ""))
     if text[0].isdigit():
         return float(text.replace(",", "."))
-    if text.endswith("hundred"):
-        return 100.0
+    if "hundred" in text:
+        hundreds, _, rest = re.sub(r"\band\b", "", text).partition("hundred")
+        most = to_number(rest) if rest.strip(" -") else 0.0
+        return 100.0 * (_NUMBERS.get(hundreds.strip(" -"), 1)) + most
     return float(sum(_NUMBERS[word] for word in re.split(r"[\s-]+", text)))
 
 
@@ -204,7 +218,7 @@ class Measure:
         low = f"{self.least:.10g}"
         if self.most is None:
             return f"at least {low} {unit}"
-        high = f"{self.most:.10g} {unit}"
+        high = f"{self.most:.10g} {unit.removesuffix('s') if self.most == 1 else unit}"
         return (
             high
             if self.least == self.most
@@ -227,25 +241,72 @@ def match_measure(text: str, place: int = 0) -> tuple[int, Measure] | None:
     match = _MEASURE.match(text, place)
     if match is None:
         return None
-    if match["part"] or match["round"]:
-        of_turn = _OF_TURNS.get((match["part"] or "").lower(), 360.0)
-        low = high = float(match["round"]) if match["round"] else of_turn
-        what = "angle"
+    what, size = _unit(match["unit"].lower()) if match["unit"] else ("angle", 1.0)
+    if match["part"]:
+        part = re.split(r"[\s-]", match["part"].lower())[0]
+        low = high = 270.0 if part == "three" else _OF_TURNS.get(part, 360.0)
+        low = high = low * to_number(match["turns"] or "1")
+    elif match["halves"]:
+        low = high = 360.0 * (to_number(match["halves"]) + 0.5)
+    elif match["round"]:
+        low = high = float(match["round"])
     else:
-        unit = match["unit"].lower()
-        if unit.startswith("m") and unit.endswith("second"):
-            unit = "m/s"
-        sizes = [
-            (what, size)
-            for what, units in _UNITS.items()
-            for start, size in units.items()
-            if unit.startswith(start) and unit not in ("fps", "bpm")
-        ]
-        what, size = sizes[0] if sizes else ("", 1.0)
-        low = round(size * to_number(match["low"]), 6)
-        high = round(size * to_number(match["high"]), 6) if match["high"] else low
-    more, fewer = match["more"] or match["plus"], match["fewer"] or match["minus"]
+        first = to_number(match["low"] or match["from"] or "1")
+        other = match["high"] or match["till"]
+        low, high = sorted((first, to_number(other) if other else first))
+    is_other = bool(match["thing"] is not None or (match["before"] and what != "speed"))
+    what = "" if is_other and what != "steps" else what
+    early = (match["early"] or "").lower()
+    more = match["more"] or match["plus"] or early == "more"
+    fewer = match["fewer"] or match["minus"] or early in ("fewer", "less")
+    low, high = round(size * low, 6), round(size * high, 6)
+    if what == "steps" and match["more"] and re.search(r"more|over", match["more"], re.IGNORECASE):
+        low += 1.0
+    if (
+        what == "steps"
+        and match["fewer"]
+        and re.search(r"^(?:less|fewer|under)", match["fewer"], re.IGNORECASE)
+    ):
+        high -= 1.0
     return match.end(), Measure(what, 0.0 if fewer else low, None if more else high)
+
+
+def _unit(text: str) -> tuple[str, float]:
+    """What a unit measures, and its size in m, m/s, degrees or steps; "" for others.
+
+    >>> _unit("metres per second"), _unit("km/h"), _unit("degrees"), _unit("fps")
+    (('speed', 1.0), ('speed', 0.2777777777777778), ('angle', 1.0), ('', 1.0))
+    """
+    text = {"kph": "km/h", "mph": "miles/h"}.get(text, text)
+    name, *time = re.split(r"\s*/\s*|\s+(?:per|an?)\s+", text)
+    if name.startswith("step"):
+        return ("", 1.0) if time else ("steps", 1.0)
+    if name.startswith(("deg", "°", "º")):
+        return "angle", 1.0
+    size = next((size for start, size in _LENGTHS.items() if name.startswith(start)), 0.0)
+    if not size:
+        return "", 1.0
+    return ("speed", size / (3600.0 if time[0].startswith("h") else 1.0)) if time else ("way", size)
+
+
+_EITHER_AMOUNT = re.compile(
+    rf"({NUMBER})\s+or\s+({NUMBER})([\s-]*(?:degrees?\b|°|{_LENGTH}(?![\w/])))", re.IGNORECASE
+)
+
+
+def spread_amounts(text: str) -> str:
+    """A text in which each of two amounts has its unit, unless they are next to one another.
+
+    >>> spread_amounts("turn 90 or 180 degrees"), spread_amounts("walk two or three steps")
+    ('turn 90 degrees or 180 degrees', 'walk two or three steps')
+    """
+
+    def each(match: re.Match[str]) -> str:
+        one, other, unit = match.groups()
+        near = abs(to_number(other) - to_number(one)) <= 1.0
+        return match.group() if near else f"{one}{unit} or {other}{unit}"
+
+    return _EITHER_AMOUNT.sub(each, text)
 
 
 def match_number(text: str, place: int = 0) -> tuple[int, float, float | None] | None:

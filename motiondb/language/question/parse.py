@@ -83,6 +83,11 @@ class Chain:
             node = attach(node, bare)
             self.waiting = []
         listed = separator == "comma" and self.list_start < len(self.parts)
+        if closing == "or" and listed and isinstance(node, AnyOf) and all(map(is_bare, node.parts)):
+            last = self.parts[-1]
+            again = [say_again(last, part, keeps=True) for part in node.parts]
+            self.parts[-1] = join(AnyOf, [last, *again])
+            return
         if closing == "or" and listed:
             self.parts[self.list_start :] = [any_of([*self.parts[self.list_start :], node])]
             return
@@ -447,7 +452,7 @@ class _Parser:
                 continue
             if nodes and is_bare(other) and not is_bare(nodes[-1]):
                 nodes[-1] = share_limb(nodes[-1], other)
-                other, closing = say_again(nodes[-1], other), ""
+                other, closing = say_again(nodes[-1], other, keeps=True), ""
             else:
                 closing = "or"
             nodes.append(other)

@@ -205,7 +205,8 @@ def _at_once(choice: Sequence[Reading]) -> Reading:
         same = [reading.parts[k if len(reading.parts) == n else 0] for reading in over]
         actions = dict.fromkeys(action for each in same for action in each.actions)
         seconds = max(each.seconds for each in same)
-        measure = next((each.measure for each in same if each.measure is not None), None)
+        measures = [each.measure for each in same if each.measure]
+        measure = replace(measures[0], what="") if measures[1:] else next(iter(measures), None)
         parts.append(replace(part, actions=tuple(actions), seconds=seconds, measure=measure))
     exclusions = [
         e if len(reading.parts) == n else replace(e, first=0, last=n)
@@ -304,8 +305,7 @@ def _lasting(reading: Reading, node: Lasting, not_used: list[NotUsed]) -> Readin
         return reading
     if node.most is not None:
         is_exact = node.least == node.most  # part of a longer one lasts as long
-        reason = "longer ones are shown, too"
-        reason = reason if is_exact else f"{_UNCHECKED}; {reason}"
+        reason = ("" if is_exact else f"{_UNCHECKED}; ") + "longer ones are shown, too"
         not_used.append(NotUsed(say_duration(0.0, node.most), reason))
     part, longest = reading.parts[0], None if node.least == node.most else node.most
     lasting = replace(part, seconds=max(part.seconds, node.least), longest=longest)
@@ -314,8 +314,8 @@ def _lasting(reading: Reading, node: Lasting, not_used: list[NotUsed]) -> Readin
 
 def _measured(reading: Reading, measure: Measure) -> Reading:
     """A reading whose single part is as far or as fast as measured."""
-    first, *more = reading.parts
-    return reading if more else replace(reading, parts=(replace(first, measure=measure),))
+    first = replace(reading.parts[0], measure=measure)
+    return reading if reading.parts[1:] else replace(reading, parts=(first,))
 
 
 def _refuse(what: str, number: int, most: int) -> NoReturn:

@@ -32,6 +32,7 @@ from motiondb.language.question.amounts import (
     match_duration,
     match_measure,
     match_number,
+    spread_amounts,
 )
 from motiondb.language.question.tree import LIMBS, NotUsed
 from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
@@ -62,7 +63,8 @@ _WORDS = (
         "vague",
         r"for\s+(?:a|some|quite\s+a)\s+(?:very\s+)?(?:long\s+|short\s+|little\s+)?"
         r"(?:while|time|moment|bit)|for\s+(?:long|ages)|once\s+in\s+a\s+while|from\s+time\s+to\s+time"
-        r"|briefly|sometimes|often|all\s+the\s+time",
+        r"|briefly|sometimes|often|all\s+the\s+time"
+        r"|(?:a\s+few|several|some|a\s+couple\s+of)\s+(?:met(?:er|re)s?|yards?|feet|degrees)",
     ),
     ("only", r"only|exclusively|solely|nothing\s+but|nothing\s+else"),
     (
@@ -150,7 +152,7 @@ _UNUSED = {
     "only": "what else a capture shows is not compared",
     "which": "performers and captures are chosen by filters (--where)",
     "when": "where in a capture it is shown is not compared",
-    "rate": "percentages and rates are not compared",
+    "rate": "what it measures is not compared",
     "number": "it says neither how often nor how long",
 }
 
@@ -183,7 +185,7 @@ def tokenize(
     []
     """
     _check_length(len(text), MOST_CHARACTERS, "characters")
-    words = _words(_scan(join_phrases(text)), synonyms or {}, lemmas)
+    words = _words(_scan(join_phrases(spread_amounts(text))), synonyms or {}, lemmas)
     raw = _numbers_to_counts(_uncount_steps(list(words)))
     not_used = [NotUsed(t.text, _UNUSED[t.kind]) for t in raw if t.kind in _UNUSED]
     tokens = _join_separators([t for t in raw if t.kind not in _UNUSED and t.kind != "filler"])
@@ -268,20 +270,15 @@ def _uncount_steps(tokens: list[Token]) -> list[Token]:
     """
     resolved: list[Token] = []
     for token in tokens:
-        amount = resolved[-1] if resolved else Token("stop", "")
-        if token.words == ("step",) and amount.kind in _AMOUNTS:
-            if amount.kind == "number" and amount.most != 1:
-                resolved[-1] = replace(
-                    amount, kind="measure", text=f"{amount.text} {token.text}", what="steps"
-                )
-            said = [t for t in reversed(resolved) if t.kind not in (*_AMOUNTS, "measure")]
-            if amount.kind == "number":
-                verbs = list(takewhile(lambda t: t.kind not in _SEPARATORS, said))
-            else:
-                verbs = said[:1]
-            if any(_MEASURED_IN_STEPS.intersection(t.words) for t in verbs):
-                continue
-        resolved.append(token)
+        said = [t for t in reversed(resolved) if t.kind not in (*_AMOUNTS, "measure")]
+        if token.what == "steps":
+            since = takewhile(lambda t: t.kind not in _SEPARATORS, said)
+            is_said = any((_MEASURED_IN_STEPS | {"step"}).intersection(t.words) for t in since)
+            resolved += [token] if is_said else [token, Token("word", "steps", ("step",))]
+            continue
+        is_way = token.words == ("step",) and bool(resolved) and resolved[-1].kind in _AMOUNTS
+        if not (is_way and said and _MEASURED_IN_STEPS.intersection(said[0].words)):
+            resolved.append(token)
     return resolved
 
 

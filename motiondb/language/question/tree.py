@@ -277,8 +277,10 @@ def attach(node: Node, bare: Node) -> Node:
     return _with_amounts(map_actions(node, extended), bare)
 
 
-def say_again(before: Node, bare: Node) -> Node:
+def say_again(before: Node, bare: Node, keeps: bool = False) -> Node:
     """The action before with the directions, limbs, manner and amounts of a bare node.
+
+    `keeps`: Whether it keeps the amounts of the action before, unless the bare node has some.
 
     >>> say_again(Action(("turn", "left")), Action(("right",)))
     Action(words=('turn', 'right'), manner=())
@@ -288,7 +290,9 @@ def say_again(before: Node, bare: Node) -> Node:
     if added is None or not said:
         return bare
     verbs = tuple(word for word in said[-1].words if word not in MODIFIERS)
-    return _with_amounts(Action((*verbs, *added.words), added.manner), bare)
+    is_plain = keeps and isinstance(bare, Action) and core(before) is not None
+    amounts = before if is_plain else bare
+    return _with_amounts(Action((*verbs, *added.words), added.manner), amounts)
 
 
 def share_limb(before: Node, bare: Node) -> Node:
@@ -307,7 +311,7 @@ def share_limb(before: Node, bare: Node) -> Node:
 
 
 def any_of(nodes: Sequence[Node]) -> Node:
-    """Alternatives; ways of travelling share the direction and manner behind the last of them.
+    """Alternatives; ways of travelling share what stands behind the last of them.
 
     >>> walk, run, turn = Action(("walk",)), Action(("run", "backward")), Action(("turn", "left"))
     >>> [node.words for node in any_of([walk, run]).parts]
@@ -316,8 +320,9 @@ def any_of(nodes: Sequence[Node]) -> Node:
     True
     """
     joined = join(AnyOf, nodes)
-    last = joined.parts[-1] if isinstance(joined, AnyOf) else joined
-    if not isinstance(joined, AnyOf) or not isinstance(last, Action) or not last.words:
+    behind = joined.parts[-1] if isinstance(joined, AnyOf) else joined
+    last = core(behind)
+    if not isinstance(joined, AnyOf) or last is None or not last.words:
         return joined
     verb, *way = last.words
     if verb not in TRAVELS or not SHARED_WAYS.issuperset(way):
@@ -328,7 +333,7 @@ def any_of(nodes: Sequence[Node]) -> Node:
             return node
         if node.words[0] not in TRAVELS:
             return node
-        return Action((*node.words, *way), last.manner)
+        return _with_amounts(Action((*node.words, *way), last.manner), behind)
 
     return AnyOf(tuple(map(shared, joined.parts)))
 

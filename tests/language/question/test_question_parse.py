@@ -108,7 +108,7 @@ def test_synonyms_are_followed() -> None:
 def test_what_has_no_use_is_named_with_the_reason() -> None:
     assert parse("only walk at 30 fps").not_used == (
         NotUsed("only", "what else a capture shows is not compared"),
-        NotUsed("at 30 fps", "percentages and rates are not compared"),
+        NotUsed("at 30 fps", "what it measures is not compared"),
     )
     assert parse("walk, not twice").not_used == (
         NotUsed("not 2 times", "no action follows that could be excluded"),
