@@ -256,13 +256,14 @@ def _model_beside(path: Path) -> Path | None:
 def _skeletons(folder: Path) -> tuple[Path, ...]:
     """Return the skeletons, models and lists of names in a folder, sorted."""
     try:
-        return _beside(folder, folder.stat().st_mtime_ns)
+        changed, n_entries = folder.stat().st_mtime_ns, sum(1 for _ in folder.iterdir())
+        return _beside(folder, folder.resolve(), changed, n_entries)
     except OSError:
         return ()
 
 
 @lru_cache(maxsize=64)
-def _beside(folder: Path, _changed: int) -> tuple[Path, ...]:
+def _beside(folder: Path, _where: Path, _changed: int, _n_entries: int) -> tuple[Path, ...]:
     """As :func:`_skeletons`, of a folder that was changed at a time."""
     from motiondb.files.readers.first_bytes import is_model
 

@@ -28,7 +28,6 @@ from __future__ import annotations
 
 import re
 from dataclasses import replace
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from motiondb.errors import Fault, SceneError, suggestion
@@ -229,8 +228,10 @@ class _DiagramReading(Reading):
         spot = self._spot(x, z)
         if max(abs(spot.x), abs(spot.z)) > LARGEST:
             self.fail(x, f"a place within {LARGEST:g} metres", "Lengths are metres.")
-        missing = [one for one in self.diagram.activity.place if one != name]
-        if name not in self.diagram.activity.place and (near := slip(name, missing)):
+        given = {each for each, _ in self.diagram.own_places}
+        missing = [each for each in self.diagram.activity.place if each not in given]
+        near = "" if name in self.diagram.activity.place else slip(name, missing)
+        if near and near.rstrip("0123456789") != name.rstrip("0123456789"):
             self.fail(name, f"the place {near} of the grammar", f"Did you mean {near}?")
         self._add(own_places=(*self.diagram.own_places, (str(name), spot)))
 
@@ -283,7 +284,7 @@ class _DiagramReading(Reading):
     def _player(self, team: Token, name: Token, at: Spot, _: object, guards: Token | None) -> None:
         activity = self.diagram.activity
         if team not in activity.teams:  # without roles any word is one that is not like a keyword
-            near = get_close_matches(team, (*_KEYWORDS, PLAYER), cutoff=_ALIKE)
+            near = slip(team, (*_KEYWORDS, PLAYER))
             if activity.roles or near:
                 self._held(team, name, at)
         for other in self.diagram.players:  # some file systems do not tell upper from lower case
@@ -307,7 +308,10 @@ class _DiagramReading(Reading):
         self._drawn(element, who)
 
     def _drawn(self, element: Element, who: Token) -> None:
-        self.once(who, replace(element, line=0), f"'{element}' once in step {element.step}")
+        plain = replace(element, line=0)
+        before = [replace(e, line=0) for e in self.diagram.elements if e.player == element.player]
+        n_others = sum(each != plain for each in before)  # what is between two of the same
+        self.once(who, (plain, n_others), f"'{element}' once in step {element.step}")
         self._add(elements=(*self.diagram.elements, element))
 
     def _via(self, *spots: Spot) -> dict[str, Any]:

@@ -172,7 +172,8 @@ def slip(word: str, keywords: Collection[str]) -> str:
     >>> slip("tehn", ["then"]), slip("wth", ["with"]), slip("then", ["then"]), slip("on", ["to"])
     ('then', 'with', '', '')
     """
-    for known in keywords if len(word) > 2 and word not in keywords else ():
+    longer = [known for known in keywords if len(known) > 2]
+    for known in longer if len(word) > 2 and word not in keywords else ():
         same = next((k for k, (a, b) in enumerate(zip(word, known)) if a != b), len(known))
         one, other = word[same:], known[same:]
         if one[1:] in (other, other[1:]) or one == other[1:] or one[1::-1] + one[2:] == other:

@@ -24,6 +24,7 @@ import numpy as np
 from motiondb.errors import Fault, SceneError
 from motiondb.grammar.cfg.context_free import Tree, reachable_symbols
 from motiondb.records import FloatArray
+from motiondb.scene.energy.step_orders import step_of
 from motiondb.scene.language.activity import GIVE, OPPONENT, PARTNER, ROLES, TARGET
 from motiondb.scene.language.expressions import MOST_ACTIONS, Item, exact_actions, expressions
 from motiondb.scene.language.motion_grammar import MotionGrammar
@@ -341,7 +342,7 @@ def _check_stretch(
     theirs = _places(diagram, items, kept.other, kept)
     ways = list(pairwise([*theirs, theirs[-1]]))
     for item in items[kept.player]:
-        if item.element < 0 or not _inside(diagram, item, kept):
+        if item.element < 0 or not _inside(diagram, kept.player, item, kept):
             continue
         for spot in (item.way[0], item.way[-1]):
             ends = [line_error(_point(spot), _point(a), _point(b)) for a, b in ways]
@@ -377,13 +378,16 @@ def _both(
     names = kept.player, kept.other
     if not kept.last:
         yield "to begin", tuple(diagram.player[name].at for name in names)
-    within = [[i for i in items[n] if i.element >= 0 and _inside(diagram, i, kept)] for n in names]
+    within = [
+        [i for i in items[n] if i.element >= 0 and _inside(diagram, n, i, kept)] for n in names
+    ]
     if kept.last and all(len(row[-1].way) > 1 for row in within if row) and all(within):
         yield "to end", tuple(row[-1].way[-1] for row in within)
 
 
-def _inside(diagram: Diagram, item: Item, kept: Stretch) -> bool:
-    step = diagram.elements[item.element].step
+def _inside(diagram: Diagram, name: str, item: Item, kept: Stretch) -> bool:
+    number = [player.name for player in diagram.players].index(name)
+    step = step_of(diagram, number, item)
     return kept.first <= step <= (kept.last or step)
 
 
@@ -395,7 +399,7 @@ def _places(
     for item in items[name]:
         if item.element >= 0 and diagram.elements[item.element].step < kept.first:
             places = [item.way[-1]]
-        elif item.element < 0 or _inside(diagram, item, kept):
+        elif item.element < 0 or _inside(diagram, name, item, kept):
             places += item.way
     return places
 

@@ -9,16 +9,17 @@ impossible if no point of the ground is as near or as far, or if the act is draw
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
+from itertools import combinations, pairwise
 
 from motiondb.errors import Fault, SceneError
-from motiondb.grammar.cfg.context_free import Tree, reachable_symbols
+from motiondb.grammar.cfg.context_free import Tree
 from motiondb.scene.energy.binding import DISTANCE, POINT, Binder, RuleTable
+from motiondb.scene.energy.step_orders import step_of
 from motiondb.scene.language.expressions import Item
 from motiondb.scene.language.motion_grammar import MotionGrammar
-from motiondb.scene.language.semantic_rules import START, THROUGHOUT, DistanceRule, Spot
+from motiondb.scene.language.semantic_rules import END, START, THROUGHOUT, DistanceRule, Spot
 from motiondb.scene.language.tactics import Diagram, Element, Stretch
 
 NEAR = 1.0  # How far from the drawing people may be, m
@@ -35,6 +36,7 @@ class _Asked:
     item: Item | None = None  # The act at which the rule looks; None for what is kept up
     element: Element | None = None
     kept: Stretch | None = None  # Whose steps it holds for; None for all
+    step: int = 0  # The step of the act
 
     @property
     def line(self) -> int:
@@ -85,7 +87,8 @@ def _asked(
         at = Spot(float(row["x"]), float(row["z"]))
         target = at if row["target"] == POINT else table.players[row["target"]]
         about = target if isinstance(target, str) else str(rule.target)
-        yield _Asked(table.players[player], target, about, rule, item, element)
+        step = step_of(diagram, player, item) if item else 0
+        yield _Asked(table.players[player], target, about, rule, item, element, step=step)
 
 
 def _of_start(grammar: MotionGrammar, rule: DistanceRule) -> bool:
@@ -94,10 +97,8 @@ def _of_start(grammar: MotionGrammar, rule: DistanceRule) -> bool:
 
 
 def _always(grammar: MotionGrammar, item: Item, rule: DistanceRule) -> bool:
-    """Return whether every action that an item allows has the rule."""
-    starts = [grammar.started(start.symbol) for start in grammar.starts]
-    above = {symbol for start in starts for symbol in reachable_symbols(start)}
-    return all(rule in grammar.rules_of(action, above) for action in item.actions)
+    """Return whether every action that an item allows has the rule, below whatever it stands."""
+    return all(rule in grammar.rules_of(action, ()) for action in item.actions)
 
 
 def _alone(diagram: Diagram, one: _Asked) -> Iterator[Fault]:
@@ -114,16 +115,29 @@ def _alone(diagram: Diagram, one: _Asked) -> Iterator[Fault]:
         beside = max(left - x, 0.0, x - right), max(back - z, 0.0, z - front)
         across = max(abs(left - x), abs(right - x)), max(abs(back - z), abs(front - z))
         nearest, farthest = math.hypot(*beside), math.hypot(*across)
-    if near > farthest or far < nearest:
+    if near > farthest + NEAR or far < nearest - NEAR:
         size = f"{right - left:g} x {front - back:g} m"
         found = f"{one}, on a ground of {size}"
         yield _fault(one, "a distance that somebody on the ground can keep", found, "the ground")
     elif one.item and one.element and one.element.to and isinstance(one.target, Spot):
-        spot = one.item.way[0 if one.rule.moment.name == START else -1]
-        apart = math.hypot(spot.x - one.target.x, spot.z - one.target.z)
-        if not near - NEAR <= apart <= far + NEAR:
-            found = f"{one}, {apart:.1f} m from where it is drawn"
+        way = {START: one.item.way[:1], END: one.item.way[-1:]}.get(
+            one.rule.moment.name, one.item.way
+        )
+        least, most = _apart(way, one.target)
+        if least > far + NEAR or most < near - NEAR:
+            found = f"{one}, {least if least > far else most:.1f} m from where it is drawn"
             yield _fault(one, "a place that its rule allows", found, "the drawing")
+
+
+def _apart(way: Sequence[Spot], target: Spot) -> tuple[float, float]:
+    """Return the least and the largest distance of a drawn way from a point, m."""
+    here = complex(target.x, target.z)
+    points = [complex(spot.x, spot.z) - here for spot in way]
+    least = min(map(abs, points))
+    for a, b in pairwise(points):
+        share = -(a * (b - a).conjugate()).real / max(abs(b - a) ** 2, 1e-12)
+        least = min(least, abs(a + min(max(share, 0.0), 1.0) * (b - a)))
+    return least, max(map(abs, points))
 
 
 def _pairs(asked: list[_Asked]) -> Iterator[Fault]:
@@ -150,7 +164,7 @@ def _at_once(one: _Asked, other: _Asked) -> bool:
 def _steps(one: _Asked) -> tuple[float, float]:
     """Return the first and the last step of the diagram at which a distance is looked at."""
     if one.element:
-        return one.element.step, one.element.step
+        return one.step, one.step
     return (one.kept.first, one.kept.last) if one.kept and one.kept.last else (0.0, math.inf)
 
 

@@ -250,8 +250,11 @@ def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]
     if acts.lies is not None:
         positions[:] = acts.lies.at
     before: Possession | None = None
-    for of in acts.possessions:
-        possession = _struck(of, joints, positions) if of.is_struck else of
+    n_added = 0  # To what was sent, by the possession before
+    nexts = [of.since for of in acts.possessions[1:]] + [n_frames]
+    for of, end in zip(acts.possessions, nexts):
+        since_then = slice(0 if before is None else before.until + 1, end)
+        possession = _struck(of, joints, positions, since_then) if of.is_struck else of
         since, until = possession.since, possession.until
         held = held_thing(possession, *joints[possession.player], size)
         caught = before is not None and _is_caught(before, possession)
@@ -275,26 +278,35 @@ def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]
             free[inner[1:-1]] = True
         if before is not None and (before.left == GIVE or caught):
             _pass(positions, before.until, since)
-            sent = sent[: len(sent) - caught]
-        if possession.left == SEND:
-            sent += _send(positions, possession, joints, size)
+            sent = sent[: len(sent) - n_added * caught]
+        added = _send(positions, possession, joints, size) if possession.left == SEND else []
+        sent, n_added = [*sent, *added], len(added)
         is_loose, before = possession.left in (SEND, PUT), possession
     return Ball(positions, holder, _gaps(positions, holder, free, moved), size, tuple(sent)), moved
 
 
 def _is_caught(before: Possession, after: Possession) -> bool:
     """Return whether what somebody sends is taken in flight: within :data:`CAUGHT` frames."""
-    return before.left == SEND and after.since - before.until <= CAUGHT and not after.is_struck
+    later = after.since - before.until
+    return before.left == SEND and 0 < later <= CAUGHT and not after.is_struck
 
 
 def _struck(
     possession: Possession,
     joints: Sequence[tuple[FloatArray, FloatArray]],
     positions: FloatArray,
+    within: slice,
 ) -> Possession:
-    """Return when something is struck where it lies: when a foot or hand is nearest to it."""
-    first = max(possession.until - STRIKING, 0)
-    around = slice(first, possession.until + STRIKING + 1)
+    """Return when something is struck where it lies: when a foot or hand is nearest to it.
+
+    `within`: The frames between the possession before and the next one; at least half of those
+    before the next one are left to the flight.
+    """
+    first = max(possession.until - STRIKING, within.start)
+    behind = possession.until + min(STRIKING, (within.stop - possession.until) // 2) + 1
+    if not first <= possession.until < behind:
+        return possession
+    around = slice(first, behind)
     limbs = joints[possession.player][0][around, _STRIKING]
     apart = np.linalg.norm(limbs - positions[around, None], axis=2).min(axis=1)
     early = np.abs(np.arange(len(apart)) + first - possession.until)

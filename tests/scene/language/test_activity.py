@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -222,6 +223,21 @@ def test_what_is_sent_flies_to_who_takes_it_within_a_moment() -> None:
         ball, _ = fly(acts, stands)
         assert len(ball.sent) == misses
         assert ball.holder[since] == 1
+    aimless = Possession(0, 70, 75, left="send")
+    acts = ThingActs((sent, aimless, Possession(1, 85, 89)), Thing("ball"), lies)
+    assert [one.frame for one in fly(acts, stands)[0].sent] == [10]  # what was sent at nothing
+    lies = Aim("spot", (0.4, 0.1, 0.0))
+    walker = Motion(upright, np.zeros((90, 3), np.float32))
+    walker.root_positions[:, 0] = np.linspace(-1.4, 4.0, 90)  # nearest to the ball after frame 10
+    for since in (12, 14, 30):  # taken again before the foot would be nearest
+        acts = ThingActs((sent, Possession(1, since, 89)), Thing("ball"), lies)
+        ball, _ = fly(acts, [walker, stands[1]])
+        assert np.isfinite(ball.positions).all()
+        assert ball.holder[since] == 1
+    put = Possession(1, 0, 12, left="put", aim=lies)
+    late = replace(sent, since=15, until=15)
+    ball, _ = fly(ThingActs((put, late), Thing("ball")), [walker, stands[1]])
+    assert all(one.frame > 12 for one in ball.sent)
     caught, _ = fly(ThingActs((sent, Possession(1, 30, 89)), Thing("ball"), lies), stands)
     ahead = np.diff(caught.positions[10:31, 2])
     np.testing.assert_allclose(ahead, ahead[0])
@@ -464,6 +480,8 @@ NEARLY = read_motion_grammar(
         ),
         ("2 lean A at post to 3 -2", "at most 0.5 m from A to post in 'lean A at post' (line 5),"),
         ("2 lean A at post to 0.4 1.6", ""),
+        ("2 lean A at post via 0 2 to 3 2", "at most 0.5 m from A to post"),  # at its end
+        ("place post at 4.3 0\n2 lean A at post to 4 0", ""),  # 30 cm beside the ground
         ("place post at 0 9\n2 lean A at post", "on a ground of 8 x 6 m"),
         (
             "4 go B to 3.9 -2.9\n5 go B to 0.9 1\n5 go A to 0.2 1\n"
@@ -484,6 +502,16 @@ def test_distances_that_nobody_can_keep_are_refused_before_sampling(
         told = str(error)
     assert bool(message) == bool(told)
     assert message in told
+
+
+def test_the_same_act_may_come_again_and_places_be_numbered() -> None:
+    drawn = "player A at -1 0\nplayer B at 1 0\nplace post2 at 3 3\n"
+    again = drawn + "1 go A to -1 1\n1 go A to 1 1\n1 go A to -1 1\n"
+    assert len(read_diagram(again, "x", NEARLY.activity).elements) == 3
+    with pytest.raises(SceneError, match="once in step 1"):
+        read_diagram(drawn + "1 go A to -1 1\n1 go A to -1 1\n", "x", NEARLY.activity)
+    with pytest.raises(SceneError, match="Did you mean post"):
+        read_diagram(drawn + "place pots at 3 3\n", "x", NEARLY.activity)
 
 
 def test_a_place_that_is_too_far_for_what_is_kept_is_told() -> None:
