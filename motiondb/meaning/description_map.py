@@ -54,6 +54,7 @@ BETA = 0.3  # Weight of the local term of the kernel. Chosen with RIDGE
 TAU = 0.2  # Width of the local term, a difference of cosines. Chosen with RIDGE
 ALPHA = 0.03  # Weight of the effective number of performers. Chosen with RIDGE
 MOST_CENTRES = 1000  # Largest number of kernels. Bounds the time of fitting;
+FEW_CENTRES = 500  # Number below which a general solver is as quick as SciPy's with its import
 MOST_PARTS = 20
 """Largest number of parts of whole performers that the calibration leaves out. Bounds its time;"""
 MANY, FEW_PARTS = 1000, 5
@@ -112,8 +113,6 @@ def fit_description_map(
 
     Shapes: `vectors` (n, columns); `presence` (n, words); `groups` (n,).
     """
-    from scipy.linalg import solve_triangular
-
     numbers, sizes = np.unique(groups, return_inverse=True, return_counts=True)[1:]
     omega = np.asarray(sizes[numbers] ** -0.5, dtype=np.float64)
     omega /= omega.mean()
@@ -121,10 +120,10 @@ def fit_description_map(
     centres = vectors[_centre_rows(numbers)]
     with one_blas_thread():  # sums of several threads differ in their last bits
         between = kernel(centres, centres) + JITTER * np.eye(len(centres))
-        factor = np.linalg.cholesky(between)
-        columns = solve_triangular(factor, kernel(centres, vectors), lower=True).T
+        factor = np.asarray(np.linalg.cholesky(between), dtype=np.float64)
+        columns = _solve(factor, kernel(centres, vectors)).T
         slopes, offsets = fit_ridge(columns, target, RIDGE, omega)
-        weights = solve_triangular(factor, slopes, lower=True, trans="T")
+        weights = _solve(factor, slopes, transposed=True)
     prior = ALPHA * np.log(effective_performers(presence, groups))
     return DescriptionMap(centres, weights, offsets + prior)
 
@@ -138,6 +137,15 @@ def score_probabilities(scores: FloatArray, calibration: FloatArray) -> FloatArr
     [[0.5, 0.2689]]
     """
     return probability(calibration[0] * scores + calibration[1])
+
+
+def _solve(factor: FloatArray, right: FloatArray, transposed: bool = False) -> FloatArray:
+    """Solve a lower triangular system, or that of its transpose; `right` (n, columns)."""
+    if len(factor) < FEW_CENTRES:  # to import SciPy takes longer
+        return np.asarray(np.linalg.solve(factor.T if transposed else factor, right))
+    from scipy.linalg import solve_triangular
+
+    return np.asarray(solve_triangular(factor, right, lower=True, trans="T" if transposed else "N"))
 
 
 def fit_description_calibration(

@@ -219,13 +219,9 @@ class Measure:
         if self.most is None:
             return f"at least {low} {unit}"
         high = f"{self.most:.10g} {unit.removesuffix('s') if self.most == 1 else unit}"
-        return (
-            high
-            if self.least == self.most
-            else f"{low} to {high}"
-            if self.least
-            else (f"at most {high}")
-        )
+        if self.least == self.most:
+            return high
+        return f"{low} to {high}" if self.least else f"at most {high}"
 
 
 def match_measure(text: str, place: int = 0) -> tuple[int, Measure] | None:
@@ -242,33 +238,28 @@ def match_measure(text: str, place: int = 0) -> tuple[int, Measure] | None:
     if match is None:
         return None
     what, size = _unit(match["unit"].lower()) if match["unit"] else ("angle", 1.0)
-    if match["part"]:
-        part = re.split(r"[\s-]", match["part"].lower())[0]
-        low = high = 270.0 if part == "three" else _OF_TURNS.get(part, 360.0)
-        low = high = low * to_number(match["turns"] or "1")
-    elif match["halves"]:
-        low = high = 360.0 * (to_number(match["halves"]) + 0.5)
-    elif match["round"]:
-        low = high = float(match["round"])
-    else:
-        first = to_number(match["low"] or match["from"] or "1")
-        other = match["high"] or match["till"]
-        low, high = sorted((first, to_number(other) if other else first))
-    is_other = bool(match["thing"] is not None or (match["before"] and what != "speed"))
-    what = "" if is_other and what != "steps" else what
+    low, high = sorted(round(size * amount, 6) for amount in _amounts(match))
+    if what == "steps":  # whole ones: more than three are four
+        low += bool(re.match("more|over", match["more"] or "", re.IGNORECASE))
+        high -= bool(re.match("less|fewer|under", match["fewer"] or "", re.IGNORECASE))
+    elif match["thing"] is not None or (match["before"] and what != "speed"):
+        what = ""
     early = (match["early"] or "").lower()
     more = match["more"] or match["plus"] or early == "more"
     fewer = match["fewer"] or match["minus"] or early in ("fewer", "less")
-    low, high = round(size * low, 6), round(size * high, 6)
-    if what == "steps" and match["more"] and re.search(r"more|over", match["more"], re.IGNORECASE):
-        low += 1.0
-    if (
-        what == "steps"
-        and match["fewer"]
-        and re.search(r"^(?:less|fewer|under)", match["fewer"], re.IGNORECASE)
-    ):
-        high -= 1.0
     return match.end(), Measure(what, 0.0 if fewer else low, None if more else high)
+
+
+def _amounts(match: re.Match[str]) -> tuple[float, float]:
+    """The two limits of a measure, in its unit; parts of turns in degrees."""
+    if match["part"]:
+        part = re.split(r"[\s-]", match["part"].lower())[0]
+        turn = 270.0 if part == "three" else _OF_TURNS.get(part, 360.0)
+        return (turn * to_number(match["turns"] or "1"),) * 2
+    if match["halves"]:
+        return (360.0 * (to_number(match["halves"]) + 0.5),) * 2
+    low = match["round"] or match["low"] or match["from"] or "1"
+    return to_number(low), to_number(match["high"] or match["till"] or low)
 
 
 def _unit(text: str) -> tuple[str, float]:
