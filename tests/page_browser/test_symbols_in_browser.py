@@ -77,7 +77,7 @@ def test_a_movement_leads_to_the_map_with_figures_search_and_named_colours(asked
         page,
         """() => {
             const canvas = document.querySelector('.symbol-figures');
-            if (!canvas.width) return false;
+            if (!canvas.width || !canvas.height) return false;
             const { width, height } = canvas;
             const { data } = canvas.getContext("2d").getImageData(0, 0, width, height);
             return data.filter((value, i) => i % 4 === 3 && value > 0).length > 500;
