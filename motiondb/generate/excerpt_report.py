@@ -14,7 +14,7 @@ from motiondb.language.question.amounts import adverb_of
 from motiondb.language.question.readings import say_duration
 from motiondb.language.question.tree import NotUsed
 from motiondb.learn.learned import Learned
-from motiondb.meaning.amounts import amounts_of, is_gauged, outside, say_amount
+from motiondb.meaning.amounts import amounts_of, is_gauged, off, outside, say_amount
 from motiondb.meaning.direction import FULLY, gone, say_measured
 from motiondb.meaning.occurrences import FLIGHTS, KICKED, find_occurrences
 from motiondb.meaning.place_certainty import count_performers, cues_of
@@ -87,7 +87,7 @@ def held_otherwise(action: PlannedAction, track: FloatArray) -> list[NotUsed]:
     left, held = [], find_occurrences(track, action.posture)
     longest = max((end - start for start, end in held), default=0) / MOTION_FPS
     times, seconds = action.times, action.seconds
-    if times is not None and not _is_within_count(len(held), times):
+    if times is not None and not is_within_count(len(held), times):
         left.append(NotUsed(say_times(times), f"{len(held)} measured in the motion"))
     if seconds is not None and longest < seconds.least - min(SEAM, seconds.least / 3.0) - 1e-6:
         text = say_duration(seconds.least, seconds.most)
@@ -105,17 +105,15 @@ def gauged_otherwise(action: PlannedAction, track: FloatArray) -> tuple[list[str
     found = [amount for amount, *_ in amounts_of(measure, action.words, track)]
     if not found:
         return [], [NotUsed(measure.say(), "nothing of it is measured in the motion")]
-    amount = min(
-        found,
-        key=lambda one: (max(outside(measure, one, action.words), 0.0), abs(one - measure.least)),
-    )
+    amount = min(found, key=lambda one: off(measure, action.words, one))
     told = say_amount(measure, action.words, amount)
-    if outside(measure, amount, action.words) > 0.0:
+    if outside(measure, action.words, amount) > 0.0:
         return [], [NotUsed(measure.say(), f"it {told}")]
     return [f"{measure.say()}: it {told}"], []
 
 
-def _is_within_count(count: float, times: Amount) -> bool:
+def is_within_count(count: float, times: Amount) -> bool:
+    """Whether something was counted as often as was asked for."""
     return times.least <= count <= (np.inf if times.most is None else times.most)
 
 
@@ -143,7 +141,7 @@ def miscounted(shown: ShownExcerpt, track: FloatArray) -> tuple[NotUsed, ...]:
     if times is None or word is None:
         return ()
     count = len(find_occurrences(track, word)) / shown.layout.each
-    if _is_within_count(count, times):
+    if is_within_count(count, times):
         return ()
     return (NotUsed(say_times(times), f"{count:g} measured in the motion"),)
 

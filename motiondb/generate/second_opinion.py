@@ -28,7 +28,12 @@ from motiondb.body.features import FEATURE_STEP, recognition_features
 from motiondb.body.retarget import motion_positions
 from motiondb.errors import QueryError
 from motiondb.generate.excerpt_motion import joint_speeds
-from motiondb.generate.excerpt_report import compare_speed, gauged_otherwise, held_otherwise
+from motiondb.generate.excerpt_report import (
+    compare_speed,
+    gauged_otherwise,
+    held_otherwise,
+    is_within_count,
+)
 from motiondb.generate.excerpts import counted_word, occurrences_each
 from motiondb.generate.material import Takes
 from motiondb.generate.motion_making import read_sentence
@@ -312,10 +317,9 @@ def _asked(
         found = find_occurrences(part if counted is None else counted, word) if word else []
         poses = seen.poses[slice(*span)] if counted is None else seen.poses
         count = len(found) / occurrences_each(action, poses, found)
-        most = np.inf if action.times.most is None else action.times.most
         if not word:
             left.append(NotUsed(text, f"only {', '.join(COUNTED)} are counted"))
-        elif action.times.least <= count <= most:
+        elif is_within_count(count, action.times):
             done.append(f"{text}: {count:g} measured in the motion")
         else:
             left.append(NotUsed(text, f"{count:g} measured in the motion"))

@@ -64,22 +64,27 @@ def is_gauged(measure: Measure, action: Sequence[str]) -> bool:
     }.get(measure.what, False)
 
 
-def outside(measure: Measure, amount: float, action: Sequence[str] = ()) -> float:
+def outside(measure: Measure, action: Sequence[str], amount: float) -> float:
     """How far an amount of an action is outside what is asked for; 0 or less if it meets that.
 
     >>> quarter = Measure("angle", 90, 90)
-    >>> outside(quarter, 75.0) <= 0.0, outside(quarter, 180.0) > 0.0
+    >>> outside(quarter, ("turn",), 75.0) <= 0.0, outside(quarter, ("turn",), 180.0) > 0.0
     (True, True)
-    >>> outside(Measure("steps", 3, None), 2.0)
+    >>> outside(Measure("steps", 3, None), ("walk",), 2.0)
     1.0
     """
     if measure.least == measure.most:
         slack = 0.0 if measure.what == "steps" and measure.least < 1 / SHARE else SHARE
-        within = HIGH_WITHIN if is_height(measure, action) else WITHIN[measure.what]
+        within = HIGH_WITHIN if _is_height(measure, action) else WITHIN[measure.what]
         allowed = max(slack * measure.least, within)
         return abs(amount - measure.least) - allowed
     most = amount if measure.most is None else measure.most
     return max(measure.least - amount, amount - most)
+
+
+def off(measure: Measure, action: Sequence[str], amount: float) -> tuple[float, float]:
+    """How far an amount is outside, and from the number: of several, the least meets it best."""
+    return max(outside(measure, action, amount), 0.0), abs(amount - measure.least)
 
 
 def say_amount(measure: Measure, action: Sequence[str], amount: float) -> str:
@@ -114,7 +119,7 @@ def amounts_of(
     if measure.what == "angle":
         return _turned(speeds, action, fps)
     if _is_jump(measure, action):
-        kind = "height" if is_height(measure, action) else "way"
+        kind = "height" if _is_height(measure, action) else "way"
         degree = Degree(kind, 1.0, frozenset())
         return [
             (degree.amount(track, a, b), int(a // each), int(-(-b // each)))
@@ -149,7 +154,7 @@ def count_steps(ahead: FloatArray) -> int:
     return int(len(sides) > 0) + int((np.diff(sides) != 0).sum())
 
 
-def is_height(measure: Measure, action: Sequence[str]) -> bool:
+def _is_height(measure: Measure, action: Sequence[str]) -> bool:
     """Whether a measure is the height of a jump."""
     return _is_jump(measure, action) and not {"high", "up"}.isdisjoint(action)
 

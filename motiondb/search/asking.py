@@ -215,9 +215,8 @@ def understand(
         unmeasured = unmeasured_words(asked, sentence.parsed.tree, read, only)
         searched = searched_together(asked, read, only, leaving, sentence.seen, measured_words)
         read, apart, left = searched.readings, searched.apart, (*left, *searched.left)
-    if looks_at_motion:
         read = tuple(_with_unseen(counted(one, is_counted), sentence.unseen) for one in read)
-        limits = [_measured_limits(part, only) for one in read for part in one.parts]
+        limits = [_measured_limits(asked, part, only) for one in read for part in one.parts]
         met, unmet = (set[str]().union(*of) for of in zip(*limits))
         if any(part.measure and not part.measure.what for one in read for part in one.parts):
             unmet |= {n.measure.say() for n in walk(known.tree) if isinstance(n, Measured)}
@@ -311,12 +310,14 @@ def is_counted(part: Part) -> bool:
     return len(part.actions) == 1 and event_of(part.actions[0]) in COUNTED_EVENTS
 
 
-def _measured_limits(part: Part, only: Sequence[str]) -> tuple[set[str], set[str]]:
+def _measured_limits(
+    asked: AskedWords, part: Part, only: tuple[str, ...]
+) -> tuple[set[str], set[str]]:
     """The upper limits and measures of a part that are measured, and that are not, as said."""
     limits: tuple[set[str], set[str]] = (set(), set())
     said = part.said or part.actions
     if part.measure is not None:
-        is_measured = asks_amount(part, [only] if only else said)
+        is_measured = asks_amount(part, actions_of_part(asked, part, only))
         limits[not is_measured].add(part.measure.say())
     if part.most is not None:
         limits[not is_counted(part)].add(say_count(0, part.most))

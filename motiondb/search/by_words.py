@@ -263,7 +263,7 @@ def search_words(
         best = _find(question, allowed, max(limit, n_looked_at), some)
         of_it = [Found(c, replace(hit, reading=n + hit.reading), certain) for c, hit in best]
         found, rest = found + of_it[:n_looked_at], rest + of_it[n_looked_at:]
-    judged = sorted(found, key=lambda one: (-one.hit.log_odds, one.capture))
+    judged = _by_odds(found)
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     sure = learned.word_certainty
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
@@ -277,9 +277,10 @@ def search_words(
     contradicts = cache(partial(_is_surely_against, question, frames))
     judge = Judged(judged, place, is_checked, contradicts, shown_alone, sign)
     first = judge.first(limit)
-    beyond = {each.capture: each for each in sorted(rest, key=lambda one: one.hit.log_odds)}
-    left = [beyond[c] for c in reversed(beyond) if c not in {each.capture for each in first}]
-    shown = [*first, *left][:limit]
+    ranked = {each.capture: each for each in first}
+    for answer in _by_odds(rest):
+        ranked.setdefault(answer.capture, answer)
+    shown = list(ranked.values())[:limit]
     once = tuple(map(without_amounts, read))  # how often and how long was never measured
     n_usual = 1 if len(once) == 1 and is_one_action(once[0]) else n_judged  # the best is enough
     usual = [] if once == read else [hit for _, hit in _find(question, allowed, n_usual, once)]
@@ -325,6 +326,11 @@ def _find(
         lambda capture: by_question.search_take(takes[capture], read, number),
         limit,
     )
+
+
+def _by_odds(found: Sequence[Found]) -> list[Found]:
+    """Answers by their log-odds, the largest first; of equal ones, the lowest capture."""
+    return sorted(found, key=lambda one: (-one.hit.log_odds, one.capture))
 
 
 def _chances_alone(

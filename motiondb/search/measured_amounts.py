@@ -8,10 +8,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
+from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.amounts import Measure
 from motiondb.language.question.readings import Part
-from motiondb.meaning.amounts import amounts_of, is_gauged, outside, say_amount
+from motiondb.meaning.amounts import is_gauged, off, outside, say_amount
 from motiondb.search.placing import PartPlace, unsure
 from motiondb.search.seen_frames import SeenFrames
 
@@ -35,18 +35,19 @@ def gauge(
     """
     if seen.is_away:
         return unsure(place), [], []
-    found = amounts_of(measure, action, seen.track, seen.speeds, FEATURE_FPS)
+    found = seen.amounts(measure, action)
     inside = [one for one in found if room.start <= (one[1] + one[2]) / 2 <= room.stop]
     if not inside:
         return unsure(place), [f"no {'turn' if measure.what == 'angle' else 'way'} is seen"], []
 
-    def off(one: tuple[float, int, int]) -> tuple[float, bool, float]:
+    def rank(one: tuple[float, int, int]) -> tuple[float, bool, float]:
+        beyond, apart = off(measure, action, one[0])
         here = one[1] < place.end / FEATURE_STEP and one[2] > place.start / FEATURE_STEP
-        return max(outside(measure, one[0], action), 0.0), not here, abs(one[0] - measure.least)
+        return beyond, not here, apart
 
-    amount, first, behind = min(inside, key=off)
+    amount, first, behind = min(inside, key=rank)
     told = say_amount(measure, action, amount)
-    if outside(measure, amount, action) > 0.0:
+    if outside(measure, action, amount) > 0.0:
         return unsure(place), [f"{told}, not {measure.say()}"], []
     first, behind = max(first, room.start), min(behind, room.stop)
     moved = replace(place, start=FEATURE_STEP * first, end=FEATURE_STEP * behind, unknown=False)

@@ -43,17 +43,17 @@ class Judged:
         looks = (self._first_rank, self._seen_rank, self._placed_rank)
         waiting = [(*looks[0](each), n, 0) for n, each in enumerate(self.answers)]
         heapq.heapify(waiting)
-        first = list[Found]()
+        first = dict[int, Found]()  # By capture
         while waiting and len(first) < limit:
             *_, n, look = heapq.heappop(waiting)
             answer = self.answers[n]
-            if answer.capture in {each.capture for each in first}:
+            if answer.capture in first:
                 continue  # of the readings of a question, the one that it shows best
             if look == 2:
-                first.append(answer)
+                first[answer.capture] = answer
             else:  # by as little as tells it from the others
                 heapq.heappush(waiting, (*looks[look + 1](answer), n, look + 1))
-        return first
+        return list(first.values())
 
     def _first_rank(self, answer: Found) -> Rank:
         """The first rank that an answer can have."""

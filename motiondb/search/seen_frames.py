@@ -12,11 +12,13 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from motiondb.body.features import FEATURE_STEP
+from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
 from motiondb.errors import StoreError
+from motiondb.language.question.amounts import Measure
 from motiondb.language.vocabulary import IN_PLACE, TRAVELS
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import LIMB_COLUMNS, FramePool
+from motiondb.meaning.amounts import amounts_of
 from motiondb.meaning.edge_map import averaged, frame_cues
 from motiondb.meaning.occurrences import (
     event_of,
@@ -195,6 +197,12 @@ class SeenFrames:
     @cached_property
     def _cues(self) -> FloatArray:
         return frame_cues(self.frames.pool.whitened(self.capture))
+
+    def amounts(self, measure: Measure, action: Sequence[str]) -> list[tuple[float, int, int]]:
+        """How far, fast or by which angle an action goes, in feature frames: ``amounts_of``."""
+        key = "amounts", measure, *action
+        of = measure, action, self.track, self.speeds, FEATURE_FPS
+        return self._once(key, lambda: amounts_of(*of))
 
     def evidence(self, words: Sequence[int]) -> FloatArray | None:
         """Evidence for words whose places were learned at every frame: array (frames,).

@@ -284,16 +284,21 @@ class Sentence:
     def seen(self) -> frozenset[tuple[str, ...]]:
         """Its postures that are measured alone: those of several actions, or in unknown words."""
         actions = actions_of(self.parsed.tree)
-        return self._postures(actions, len(actions) > 1)
+        return self._of_postures(actions, len(actions) > 1)
 
     @cached_property
     def unseen(self) -> frozenset[tuple[str, ...]]:
         """Its excluded postures in unknown words, which are looked for in the motion alone."""
         every = [node for node in walk(self.parsed.tree) if isinstance(node, Without)]
         excluded = [part for node in every for one in node.excluded for part in walk(one)]
-        return self._postures([part for part in excluded if isinstance(part, Action)], False)
+        return self._of_postures([part for part in excluded if isinstance(part, Action)], False)
 
-    def _postures(self, actions: Sequence[Action], is_known: bool) -> frozenset[tuple[str, ...]]:
+    @property
+    def postures(self) -> frozenset[tuple[str, ...]]:
+        """Its postures that are looked for in the motion alone, asked for or excluded."""
+        return self.seen | self.unseen
+
+    def _of_postures(self, actions: Sequence[Action], is_known: bool) -> frozenset[tuple[str, ...]]:
         """The actions that are postures alone; those of known words only if `is_known`."""
         said = self.known & OF_POSTURES - {"still"}
         return frozenset(
@@ -312,7 +317,7 @@ class Sentence:
         association = self.learned.association
         counted = zip(association.words, association.counts)
         counts = {word: int(count) for word, count in counted if count > 0} | dict(added)
-        return hold_to_known(self.parsed, counts, self.seen | self.unseen if is_seen else ())
+        return hold_to_known(self.parsed, counts, self.postures if is_seen else ())
 
 
 def sentence_of(learned: Learned, text: str) -> Sentence:
@@ -351,7 +356,7 @@ def unknown_words(
     words of similar spelling are suggested for those that are not English. `by_meaning`: Whether
     words that are not replaced are heard by their meaning.
     """
-    seen = set[str]().union(*sentence.seen, *sentence.unseen)
+    seen = set[str]().union(*sentence.postures)
     found = find_takings(sentence, table, added)
     takings = {word: taking for word, taking in found.items() if word not in seen}
     if not is_replaced:
@@ -459,8 +464,7 @@ def not_understood(sentence: Sentence, added: Collection[str] = ()) -> tuple[str
     `added`: words that are known to the question although they were not learned: those that are
     written somewhere, and those that known words replace.
     """
-    measured = sentence.seen | sentence.unseen
-    known, written = sentence.known.union(added, *measured), sentence.forms
+    known, written = sentence.known.union(added, *sentence.postures), sentence.forms
     if known.issuperset(written):
         return ()
     missing = missing_heads(sentence.parsed.tree, sentence.verbs, known)

@@ -40,8 +40,7 @@ _BELOW_HUNDRED = (
 NUMBER = (
     r"(?:(?<![\d.])[0-9]{1,6}(?:[.,][0-9]{1,6})?(?!\d)"
     rf"|\b(?:(?:a|{'|'.join(_ONES[1:10])})[ -]hundred(?:(?:\s+and)?[\s-]+{_BELOW_HUNDRED})?"
-    rf"|(?:{'|'.join(_TENS)})(?:[ -](?:{'|'.join(_ONES[1:10])}))?"
-    rf"|{'|'.join(sorted(_ONES, key=len, reverse=True))})\b)"
+    rf"|{_BELOW_HUNDRED})\b)"
 )  # Pattern of a number of at most six digits, or in words below a thousand
 
 _HALVES = (

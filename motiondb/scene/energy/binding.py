@@ -302,7 +302,7 @@ class Binder:
         for player, string in enumerate(strings):
             for item, (first, last) in zip(self.items[player], string.spans, strict=True):
                 if item.element >= 0:
-                    yield step_of(self.diagram, player, item), player, first, last
+                    yield step_of(self.diagram, self.names[player], item), player, first, last
 
     def _timed(self, strings: Sequence[BoundString]) -> Iterator[_Stretch]:
         """Yield the synchronisations of steps of which the diagram says how far they are apart."""

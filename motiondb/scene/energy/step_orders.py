@@ -17,12 +17,12 @@ Items = Sequence[Sequence[Item]]
 """The expression of every player, in the order of the diagram."""
 
 
-def step_of(diagram: Diagram, player: int, item: Item) -> int:
+def step_of(diagram: Diagram, player: str, item: Item) -> int:
     """Return the step of an item of a player, 0 if it is not drawn."""
     if item.element < 0:
         return 0
     element = diagram.elements[item.element]
-    caught = element.caught if element.player != diagram.players[player].name else 0
+    caught = element.caught if element.player != player else 0
     return caught or element.step
 
 
@@ -31,13 +31,13 @@ def unlinked_orders(diagram: Diagram, items: Items) -> Iterator[tuple[int, int, 
 
     Of several that say the same the narrowest is enough.
     """
+    names = [player.name for player in diagram.players]
     for one, other in permutations(range(len(items)), 2):
         before: dict[int, int] = {}
         for m, later in enumerate(items[other]):
-            until = step_of(diagram, other, later)
-            begins = [
-                k for k, item in enumerate(items[one]) if 0 < step_of(diagram, one, item) < until
-            ]
+            until = step_of(diagram, names[other], later)
+            steps = (step_of(diagram, names[one], item) for item in items[one])
+            begins = [k for k, step in enumerate(steps) if 0 < step < until]
             if begins:
                 before.setdefault(begins[-1], m)
         for k, m in before.items():

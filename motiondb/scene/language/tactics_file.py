@@ -119,7 +119,6 @@ def _step(step: Step) -> str:
 
 _KEYWORDS = ("diagram", "grammar", "court", "ground", "place", "step")
 _LINKS = ("at", "to", "via", "caught", "with")  # What a link may be a slip of
-_ALIKE = 0.7  # How much a role that the grammar does not declare may be spelt like a keyword
 _LONGEST_NAME = 60  # Most characters of a player's name, which becomes part of the names of files
 _LAST_STEP = 10_000  # Largest step. A larger number is a slip
 _LONGEST_TIME = 60.0  # Longest time between two steps, s

@@ -386,8 +386,7 @@ def _both(
 
 
 def _inside(diagram: Diagram, name: str, item: Item, kept: Stretch) -> bool:
-    number = [player.name for player in diagram.players].index(name)
-    step = step_of(diagram, number, item)
+    step = step_of(diagram, name, item)
     return kept.first <= step <= (kept.last or step)
 
 

@@ -87,7 +87,7 @@ def _asked(
         at = Spot(float(row["x"]), float(row["z"]))
         target = at if row["target"] == POINT else table.players[row["target"]]
         about = target if isinstance(target, str) else str(rule.target)
-        step = step_of(diagram, player, item) if item else 0
+        step = step_of(diagram, table.players[player], item) if item else 0
         yield _Asked(table.players[player], target, about, rule, item, element, step=step)
 
 
