@@ -385,8 +385,11 @@ def test_captures_are_browsed_as_previews_and_changed_together(serve_copy, new_p
     page.get_by_text("A BVH file has no place for its licence, which is CC-BY-4.0").wait_for()
     page.set_viewport_size({"width": 1400, "height": 700})
     page.locator(".details .actions summary").click()  # all of the menu is in sight
-    last = page.locator(".details .actions .menu-items button").last
-    assert last.evaluate("button => button.getBoundingClientRect().bottom <= innerHeight")
+    wait_for(
+        page,
+        """() => [...document.querySelectorAll('.details .actions .menu-items button')].at(-1)
+            .getBoundingClientRect().bottom <= innerHeight""",
+    )
 
 
 def test_a_filter_that_finds_nothing_or_cannot_be_read_leads_on(asked_server, new_page):

@@ -93,6 +93,23 @@ def test_a_movement_leads_to_the_map_with_figures_search_and_named_colours(asked
     page.locator(".symbol-panel .chip", has_text="kick").wait_for()
 
 
+def test_who_leaves_is_not_brought_back_by_the_view_before(asked_server, new_page):
+    """The catalogue writes the time of the player into its address while the map is loaded."""
+    page = new_page(f"{asked_server}#/catalogue?capture=ana/long_1")
+    held = []
+    page.route("**/symbols-*.js", lambda route: held.append(route))
+    block = page.locator(".details .lane-symbols .block").first
+    block.wait_for()
+    block.click()
+    page.get_by_role("link", name="Show on the map of movements").click()
+    wait_for(page, "() => location.hash.startsWith('#/symbols')")
+    page.wait_for_timeout(1500)  # longer than the catalogue waits
+    for route in held:
+        route.continue_()
+    page.locator(".dot.chosen").wait_for()
+    assert page.evaluate("() => location.hash").startswith("#/symbols?symbol=")
+
+
 def test_what_to_train_on_is_marked_on_the_map(serve_copy, new_page, learned_database, tmp_path):
     """A larger share covers more symbols; a library that was not measured says so."""
     path = shutil.copy(learned_database, tmp_path / "measured.duckdb")

@@ -13,7 +13,7 @@ import { makeJobs } from "./jobs.ts";
 import { makeMessages } from "./messages.ts";
 import { makeQuestionBox } from "./question_box.ts";
 import { keepPlaces } from "./places.ts";
-import { go, parseRoute, routeTo } from "./router.ts";
+import { parseRoute, replace, routeTo } from "./router.ts";
 
 const FIRST = VIEWS[0]!.name;
 /** Milliseconds without a connection after which it is said: a busy computer answers late. */
@@ -153,7 +153,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     const mine = turn;
     const route = parseRoute(location.hash, FIRST);
     const view = VIEWS.find((one) => one.name === route.view);
-    if (!view) return go(routeTo(FIRST), true);
+    if (!view) return replace(routeTo(FIRST));
     if (shown !== view.name) {
       const loaded = Promise.all([view.load(), view.flat ? null : loadStage()]).catch(() => {
         throw new Error(

@@ -24,12 +24,32 @@ export function routeTo(
   return text ? `#/${view}?${text}` : `#/${view}`;
 }
 
-/** Go to a route; `replace`: without a step that the back button would undo. */
-export function go(hash: string, replace = false): void {
-  if (replace) {
-    history.replaceState(history.state, "", hash); // the same step of the history
-    dispatchEvent(new HashChangeEvent("hashchange"));
-  } else {
-    location.hash = hash;
-  }
+/** Go to a route. */
+export function go(hash: string): void {
+  location.hash = hash;
+}
+
+/** Go to a route without a step that the back button would undo. */
+export function replace(hash: string): void {
+  history.replaceState(history.state, "", hash); // the same step of the history
+  dispatchEvent(new HashChangeEvent("hashchange"));
+}
+
+/** Whether a route is one of the view that the address names. Another may be on its way: it is
+ *  loaded while the view before it still answers. */
+const stays = (hash: string): boolean => parseRoute(location.hash, "").view === parseRoute(hash, "").view;
+
+/** Go to a route of the same view, unless somebody has left it meanwhile. */
+export function goOn(hash: string): void {
+  if (stays(hash)) go(hash);
+}
+
+/** Replace a route by one of the same view, unless somebody has left it meanwhile. */
+export function amend(hash: string): void {
+  if (stays(hash)) replace(hash);
+}
+
+/** Write what a view already shows into the address, unless somebody has left it meanwhile. */
+export function rewrite(hash: string): void {
+  if (stays(hash)) history.replaceState(history.state, "", hash);
 }

@@ -6,7 +6,7 @@ import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askWhether } from "../../parts/asking.ts";
 import { banner, faultState } from "../../parts/states.ts";
-import { go, routeTo } from "../../shell/router.ts";
+import { go, rewrite, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView } from "../view.ts";
 import { makeDrawing } from "./drawing.ts";
 import { dropDraft, keepDraft, olderDraft, readDraft, type Edited } from "./draft.ts";
@@ -165,7 +165,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   function setRoute(change: Partial<typeof route>): void {
     route = { ...route, ...change };
-    history.replaceState(history.state, "", routeTo("board", route));
+    rewrite(routeTo("board", route));
   }
 
   function remember(before: DiagramShape): void {

@@ -8,7 +8,7 @@ import { icon } from "../../dom/icons.ts";
 import { onDrop } from "../../parts/dropping.ts";
 import { banner, emptyState, type Action } from "../../parts/states.ts";
 import { plural, seconds } from "../../parts/text.ts";
-import { go, routeTo } from "../../shell/router.ts";
+import { amend, go, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView } from "../view.ts";
 import { openAdding } from "./adding.ts";
 import { makeDetails, type Details, type Place } from "./details.ts";
@@ -197,7 +197,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       if (time !== null) query.set("time", time.toFixed(2));
     }
     const text = query.toString();
-    go(text ? `#/catalogue?${text}` : "#/catalogue", change.capture === undefined);
+    (change.capture === undefined ? amend : go)(text ? `#/catalogue?${text}` : "#/catalogue");
   }
 
   function editWords(capture: CaptureRow, cell: HTMLElement): void {

@@ -11,7 +11,7 @@ import { interval } from "../../parts/text.ts";
 import { rgbOf } from "../../parts/tint.ts";
 import { makePlayer } from "../../player/player.ts";
 import { spanOf } from "../../player/screen.ts";
-import { go, routeTo } from "../../shell/router.ts";
+import { amend, go, rewrite, routeTo } from "../../shell/router.ts";
 import type { Lane } from "../../timeline/lanes.ts";
 import { makeTimeline, type Interval, type Timeline } from "../../timeline/timeline.ts";
 import type { Context, OpenView } from "../view.ts";
@@ -111,13 +111,13 @@ export function open(host: HTMLElement, context: Context): OpenView {
     timer = window.setTimeout(() => {
       if (player.screen.playback.playing) return;
       wanted = { ...wanted, time };
-      history.replaceState(history.state, "", addressOf(wanted));
+      rewrite(addressOf(wanted));
     }, PAUSE);
   });
 
   function change(next: Partial<Comparison>): void {
     clearTimeout(timer);
-    go(addressOf({ ...wanted, ...next, time: null }), true);
+    amend(addressOf({ ...wanted, ...next, time: null }));
   }
 
   function row(part: Part, i: number): HTMLElement {

@@ -5,7 +5,7 @@ import type { GenerateReply, MadeReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
-import { go, routeTo } from "../../shell/router.ts";
+import { go, rewrite, routeTo } from "../../shell/router.ts";
 import { offeredQuestions } from "../wall/offered.ts";
 import { faultWithWords } from "../known_words.ts";
 import { notLearned } from "../not_learned.ts";
@@ -182,8 +182,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       const body = { blocks, seed: made.seed, method: "stitched", exact: exact.checked };
       const answer = await post<GenerateReply>("/api/generate", body);
       // A first motion of a sentence has no address of its own yet: Back would make it again.
-      if (!asked.includes("made="))
-        history.replaceState(history.state, "", routeTo("generate", { q: made.words, made: made.id }));
+      if (!asked.includes("made=")) rewrite(routeTo("generate", { q: made.words, made: made.id }));
       if (mine === running) go(routeTo("generate", { made: answer.variants[0]!.id }));
     } catch (fault) {
       context.fail(fault); // the timeline stays as it was

@@ -4,7 +4,7 @@ import { get, messageOf, post, remove } from "../../api/client.ts";
 import { fill, h } from "../../dom/element.ts";
 import { askWhether } from "../../parts/asking.ts";
 import { faultState } from "../../parts/states.ts";
-import { go, routeTo } from "../../shell/router.ts";
+import { amend, go, goOn, rewrite, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView } from "../view.ts";
 import { addressOf, routeOf } from "./address.ts";
 import { makeEditor } from "./editor.ts";
@@ -38,7 +38,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     sequence: (id) => go(addressOf({ ...route, sequence: id, selection: null })),
     region: (selection, tree) => {
       route = { ...route, selection, tree };
-      history.replaceState(history.state, "", addressOf(route));
+      rewrite(addressOf(route));
     },
   });
   fill(host, h("h1", { class: "hidden-heading" }, "Grammars"), job, list, one);
@@ -123,7 +123,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     making.replaceChildren();
     try {
       const made = await post<SequenceReply>("/api/sequences", { grammar: route.name, ...wish });
-      go(addressOf({ ...route, wish, sequence: made.id, selection: null }));
+      goOn(addressOf({ ...route, wish, sequence: made.id, selection: null }));
     } catch (fault) {
       fill(making, faultState(messageOf(fault)));
     } finally {
@@ -135,7 +135,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   async function openKept(capture: string): Promise<void> {
     try {
       const kept = await post<SequenceReply>("/api/sequences/open", { capture });
-      go(addressOf({ ...route, name: kept.grammar, sequence: kept.id, selection: null }), true);
+      amend(addressOf({ ...route, name: kept.grammar, sequence: kept.id, selection: null }));
     } catch (fault) {
       one.hidden = true;
       list.hidden = false;
@@ -175,7 +175,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       const { result } = news.job;
       if (news.job.id !== learning || result?.kind !== "grammar") return;
       learning = "";
-      go(routeTo("grammar", { name: result.grammar }));
+      goOn(routeTo("grammar", { name: result.grammar }));
     },
     close() {
       loads += 1;

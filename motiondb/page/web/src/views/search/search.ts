@@ -4,7 +4,7 @@ import { get, isAbort } from "../../api/client.ts";
 import type { LikeReply, SearchReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { onDrop } from "../../parts/dropping.ts";
-import { go, routeTo } from "../../shell/router.ts";
+import { amend, go, replace, routeTo } from "../../shell/router.ts";
 import type { Interval } from "../../timeline/timeline.ts";
 import type { Context, OpenView } from "../view.ts";
 import { filterOf } from "../catalogue/filter.ts";
@@ -147,7 +147,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     abort.abort();
     abort = new AbortController();
     const { signal } = abort;
-    if (!wanted.q && !wanted.like && !wanted.path) return go(routeTo("catalogue"), true); // the unfiltered answer
+    if (!wanted.q && !wanted.like && !wanted.path) return replace(routeTo("catalogue")); // the unfiltered answer
     busy(true);
     if (!wanted.q) understood.replaceChildren(); // the chips of another question
     const late = setTimeout(() => {
@@ -223,7 +223,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function searchPart(part: Interval | null): void {
-    go(routeTo("search", { ...wanted, start: part?.[0].toFixed(3), end: part?.[1].toFixed(3) }), true);
+    amend(routeTo("search", { ...wanted, start: part?.[0].toFixed(3), end: part?.[1].toFixed(3) }));
   }
 
   return {
