@@ -51,6 +51,7 @@ TABLE = "words.table"  # The shipped table of nearby words
 FEATURE_SECONDS = 1e-5  # Time of one processor for a frame; decides only how work is divided
 SEGMENTS = "segments"  # Name of scores and movement of all segments in that cache
 PLACES = "places"  # Name of the fitted maps of places there
+MAPS = "maps"  # Name of the fitted maps to captions and words there
 _AT_ONCE = 64  # Captures whose features are made together: bounds memory
 FRAMES = "frames"  # Name of the frames of all captures in the cache of the database
 
@@ -161,8 +162,7 @@ def keep_what_follows(
 ) -> None:
     """Put into the cache what follows from a model that was just saved, until the next ``learn``.
 
-    These are frames of its captures, scores and movement of its segments, and the fitted maps of
-    places.
+    These are frames of its captures, scores and movement of its segments, and the fitted maps.
 
     `numbers`: Capture number -> the number that it has among the features.
     """
@@ -181,6 +181,7 @@ def keep_what_follows(
             _segment_rows(opened, model, WhenAsked(rows, of_capture))
             learned = load_learned(opened, load_without_rows(opened), lambda: pool)
             _place_arrays(opened, learned)
+            _map_arrays(opened, learned)
 
 
 FramesMade = tuple[NDArray[Any], float]
@@ -270,10 +271,20 @@ def searchable(opened: store.Store, learned: Learned) -> Learned:
 
 def prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> Learned:
     """The learned model with arrays of all captures from the cache of the database."""
-    mark = f"{PREPARED} {store.learning_mark(opened)}{sorted(learned.damaged) or ''}"
+    mark = f"{PREPARED} float32 {store.learning_mark(opened)}{sorted(learned.damaged) or ''}"
     evidence = store.cached_arrays(opened, kind, lambda: prepare(learned), mark)
-    places = _place_arrays(opened, learned)
-    return replace(learned, prepared=Prepared(learned, evidence, places))
+    places, maps = _place_arrays(opened, learned), _map_arrays(opened, learned)
+    return replace(learned, prepared=Prepared(learned, evidence, places, maps))
+
+
+def _map_arrays(opened: store.Store, learned: Learned) -> Mapping[str, NDArray[Any]]:
+    """The fitted maps from motions to captions and to words from the cache."""
+    if learned.fitted_word_map is None:
+        return {}
+    performers = sha256(repr(list(learned.performers.items())).encode()).hexdigest()
+    size = f"{len(learned.segments.starts)} {sorted(learned.damaged) or ''}"
+    mark = f"{store.learning_mark(opened)} {performers} {size}"
+    return store.cached_arrays(opened, MAPS, lambda: learned.map_arrays, mark)
 
 
 def _place_arrays(opened: store.Store, learned: Learned) -> Mapping[str, NDArray[Any]]:

@@ -115,9 +115,11 @@ class Prepared:
     """Arrays that questions need of all captures, which may be memory-mapped."""
 
     source: Learned  # From whose fields they follow; keeps what else follows from them
-    # Those of :func:`prepare`, and ``Learned.place_arrays``; empty where they are not there yet
+    # Those of :func:`prepare`, ``Learned.place_arrays`` and ``Learned.map_arrays``; empty where
+    # they are not there yet
     evidence: Mapping[str, NDArray[Any]] = field(default_factory=dict)
     places: Mapping[str, NDArray[Any]] = field(default_factory=dict)
+    maps: Mapping[str, NDArray[Any]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
@@ -321,6 +323,9 @@ class Learned(LearnedModel):
     @cached_property
     def caption_map(self) -> CaptionMap:
         """Map from score vectors to whole captions, of own captions and those of the start."""
+        ready = self._ready_map("caption")
+        if ready:
+            return CaptionMap(**ready)
         words, moments = self.association.words, self.counted.counts.moments
         if self.started is not None:
             moments = join_moments(moments, words, self.started)
@@ -360,8 +365,28 @@ class Learned(LearnedModel):
         """Map from score vectors to the words told of a motion; None if it was not calibrated."""
         if self.description_calibration is None:
             return None
+        ready = self._ready_map("description")
+        if ready:
+            return DescriptionMap(**ready)
         rows = self.segments, self.described, self.score_space, self.word_numbers
         return description_map.map_descriptions(*rows, self.performers)
+
+    @property
+    def map_arrays(self) -> dict[str, NDArray[Any]]:
+        """What ``caption_map`` and ``description_map`` are restored from."""
+        maps = {"caption": self.caption_map, "description": self.description_map}
+        return {
+            f"{name} {part}": array
+            for name, each in maps.items()
+            if each is not None
+            for part, array in vars(each).items()
+        }
+
+    def _ready_map(self, name: str) -> dict[str, NDArray[Any]]:
+        """The prepared arrays of a map by their own names."""
+        every = {} if self._ready is None else self._ready.maps
+        start = f"{name} "
+        return {part.removeprefix(start): every[part] for part in every if part.startswith(start)}
 
     @cached_property
     def segment_probabilities(self) -> FloatArray:

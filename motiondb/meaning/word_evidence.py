@@ -60,7 +60,7 @@ class Heard:
 
     # (segments + captures, words): the rows of a capture are those of its segments and, behind
     # them, that of the whole
-    odds: FloatArray
+    odds: Float32Array
     likeness: FloatArray  # (captures, words): that of the caption map, which ``odds`` has too
     meanings: Float32Array  # (captures, axes): meanings that the motion suggests (``caption_map``)
 
@@ -68,7 +68,7 @@ class Heard:
         """Log-odds of the captures with these rows of the table: arrays (segments + 1, words)."""
         ends = np.cumsum([part.stop - part.start + 1 for part in rows.values()]).tolist()
         inside = {c: slice(a, b) for c, a, b in zip(rows, [0, *ends], ends)}
-        return WhenAsked(rows, lambda capture: self.odds[inside[capture]])
+        return WhenAsked(rows, lambda capture: self.odds[inside[capture]].astype(np.float64))
 
 
 def hear_takes(
@@ -81,7 +81,7 @@ def hear_takes(
     """Log-odds of all words from the motion alone; `rows` are those of the captures."""
     parts = list(rows.values())
     ends = np.cumsum([0, *(part.stop - part.start + 1 for part in parts)])
-    odds = np.empty((ends[-1], len(fit.offsets)))
+    odds = np.empty((ends[-1], len(fit.offsets)), dtype=np.float32)
     wholes = np.empty((len(parts), standardised.shape[1]))
     with one_blas_thread():  # many small products
         for some, vectors in window_vectors_of(standardised, table, parts, WINDOW_MARGIN):
@@ -90,18 +90,17 @@ def hear_takes(
             wholes[some] = vectors[ends[some.start + 1 : some.stop + 1] - first - 1]
     suggested = captions.suggest(wholes)
     likeness, meanings = suggested.likeness(), suggested.meanings.astype(np.float32)
-    return Heard(with_likeness(odds, likeness, ends[1:] - 1), likeness, meanings)
+    odds[ends[1:] - 1] += 2.0 * likeness  # see `with_likeness`
+    return Heard(odds, likeness, meanings)
 
 
-def with_likeness(
-    odds: FloatArray, likeness: FloatArray, wholes: int | IntArray = -1
-) -> FloatArray:
-    """Log-odds (rows, words) with the likeness of captures as a whole, whose rows are given.
+def with_likeness(odds: FloatArray, likeness: FloatArray) -> FloatArray:
+    """Log-odds (segments + 1, words) of a capture with its likeness as a whole.
 
     An action's log-odds are half those of the whole capture, so that twice the likeness adds it
     once.
     """
-    odds[wholes] += 2.0 * likeness
+    odds[-1] += 2.0 * likeness
     return odds
 
 

@@ -256,7 +256,7 @@ def test_what_is_kept_of_all_captures_is_what_would_be_computed(learned_file: Pa
     with motiondb.open(learned_file, read_only=True) as db:
         learned = db.searchable
     plain = replace(learned, prepared=None)
-    assert is_mapped(learned.evidence.odds[1])
+    assert is_mapped(learned.heard.odds)
     assert learned.placed is not None
     assert plain.placed is not None
     assert learned.unplaced is not None
@@ -279,7 +279,7 @@ def test_nothing_kept_is_used_for_other_words(learned_file: Path) -> None:
         learned = db.searchable
     other = replace(learned, captions={})
     assert other.evidence.written == {}
-    assert not is_mapped(other.evidence.odds[1])
+    assert not is_mapped(other.heard.odds)
 
 
 def fitted_places(path: Path) -> dict[str, bytes]:
@@ -295,6 +295,36 @@ def assert_as_computed(learned: Learned) -> None:
     assert "unplaced_slopes" in computed
     for name, array in computed.items():
         np.testing.assert_array_equal(learned.place_arrays[name], array)
+
+
+def assert_maps_as_computed(db: MotionDB) -> None:
+    """The maps to captions and words are those of the captions and performers that are there."""
+    mapped, computed = db.searchable.map_arrays, replace(db.searchable, prepared=None).map_arrays
+    assert mapped.keys() == computed.keys()
+    assert {"caption weights", "description centres"} < mapped.keys()
+    for name, array in computed.items():
+        assert is_mapped(mapped[name])
+        np.testing.assert_array_equal(mapped[name], array)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda db: db.words.set("ana/bow_1", "jump"),
+        lambda db: db.captures.remove(["ana/bow_1"]),
+        lambda db: db.captures.set_tags({"performer": "boris"}, ["ana/bow_1"]),
+        lambda db: store.save_synonyms(db.store, {"kick": "punch"}),
+        lambda db: db.learn(LearnSettings(n_symbols=2)),
+    ],
+    ids=["words", "captures", "performer", "synonyms", "model"],
+)
+def test_maps_to_words_are_those_of_what_is_there(
+    few: Path, change: Callable[[MotionDB], object]
+) -> None:
+    with motiondb.open(few) as db:
+        assert_maps_as_computed(db)
+        change(db)
+        assert_maps_as_computed(db)
 
 
 def test_maps_of_places_stay_while_other_captures_come(few: Path, samples_folder: Path) -> None:
