@@ -54,15 +54,42 @@ _LIGHT = re.compile(
     r"|(?:take|takes|taking|took|taken|have|has|having|had|give|gives|giving|gave|given|execute|"
     r"executes|executing|executed|carry\s+out|carries\s+out|carrying\s+out|throw|throws|throwing|"
     r"threw|thrown|deliver|delivers|delivering|delivered|attempt|attempts|attempting|attempted)"
-    r"(?:\s+(?:a|an|another|the|some|his|her|their)(?!\w)|(?=\s+(?:one|two|three|four|several|\d+)\s)))"
+    r"(?:\s+(?:a|an|another|the|some|his|her|their)(?!\w)|(?=\s+(?:one|two|three|four|several|\d+"
+    r"|small|large|big|tiny|long|short|little|quick|slow)\s)))"
     r"(?=((?:\s+\w+){1,3}))",
     re.IGNORECASE,
 )
 _WHO_CAN = r"(?:he|she|they|it|one|you|someone|ever)(?:\s+(?:can|could))?"
 _SPEED = r"(?:speed|pace|tempo|cadence|velocity)"
-_HANDS = r"(?:(?:his|her|their|the|its|one|both|a|left|right)\s+)*(?:arm|hand)s?"
+_DETERMINED = r"(?:his|her|their|the|its|one|both|a|left|right)"
+_HANDS = rf"(?:{_DETERMINED}\s+)*(?:arm|hand)s?"
+_LEGS = rf"(?:{_DETERMINED}\s+)+(?:legs?|knees?|foot|feet)"
 _OVERHEAD = r"overhead|(?:above|over)\s+(?:(?:the|his|her|their)\s+)?head|in\s+the\s+air"
+_POSED = r"(?:standing|sitting|seated|lying|kneeling|crouching|crouched|squatting)"
+_TURNING = r"(?:turn|spin|rotat|pivot|twirl|twist|revolv)\w*(?:\s+(?:a?round|in\s+place))?"
 _MANNERS = (
+    (r"seated", "sitting"),
+    (rf"({_POSED})\s+(?:position|pose|posture)", r"\1"),
+    *(
+        (way.replace("CLOCKWISE", rf"{before}clockwise"), there.replace("SIDE", side))
+        for before, side in ((r"(?:counter|anti)[\s-]?", "left"), ("", "right"))
+        for way, there in (
+            (r"in\s+(?:an?\s+)?((?:\w+\s+)?)CLOCKWISE\s+circles?", r"in a \1circle to the SIDE"),
+            (rf"({_TURNING}|circles?)\s+CLOCKWISE", r"\1 to the SIDE"),
+            (r"CLOCKWISE(?!\s+\w*(?:turn|spin|rotat))", "in a circle to the SIDE"),
+            ("CLOCKWISE", "SIDE"),
+        )
+    ),
+    (
+        rf"(?:starts?|begins?|starting|beginning|started|began)\s+(?:off\s+|out\s+)?"
+        rf"(?:(?:from|in)\s+(?:an?\s+)?)?(?={_POSED}\b)",
+        "",
+    ),
+    (
+        rf"(?:(?:that|which|and)\s+)?(?:ends?|ending|ended|finish(?:es|ing|ed)?)\s+"
+        rf"(?:(?:up|off)\s+)?(?:in\s+(?:an?\s+)?)?(?={_POSED}\b)",
+        ", then ",
+    ),
     (rf"as\s+(\w+)\s+as\s+(?:possible|{_WHO_CAN})", r"\1"),
     (rf"at\s+(?:full|top|high|great|maximum|fast)\s+{_SPEED}", "fast"),
     (rf"at\s+a\s+(?:fast|quick|high)\s+{_SPEED}", "fast"),
@@ -77,6 +104,17 @@ _MANNERS = (
         r"(?:(?:that|which|and)\s+)?(?:ends?|ending|ended|finish(?:es|ing|ed)?|conclud(?:es?|ing|ed))\s+"
         r"(?:(?:up\s+|off\s+)?(?:with|in(?!\s+the\s)|by)|up(?=\s+\w+ing\b))",
         ", then",
+    ),
+    (
+        rf"({_HANDS}|{_LEGS})((?:\s+(?:up|high|overhead))?(?:\s*,)?\s+(?:and|then|and\s+then)"
+        r"\s+[^\W\d_]+)\s+(?:them|it)",
+        r"\1\2 \1",
+    ),
+    (rf"lower(?:s|ing|ed)?\s+((?:{_DETERMINED}\s+)+(?:arm|hand)s?|arms|hands)", r"putting \1 down"),
+    (
+        r"(jump(?:s|ing|ed)?)((?:\s+[^\W\d_]+){0,2}?)\s+on\s+"
+        r"(one|(?:the|his|her|their)\s+(?:left|right))\s+(leg|foot)",
+        r"hopping\2 on \3 \4",
     ),
     (rf"(?:mov(?:es?|ing|ed)\s+)?({_HANDS})\s+up\s+and\s+down", r"raising \1"),
     (
@@ -126,6 +164,13 @@ _FROM_TO = re.compile(
     r"([^\W\d_]+)\b(?:\s+transitions?\b)?",
     re.IGNORECASE,
 )
+_FROM_ONE = re.compile(
+    r"\b(?:(?:goes|going|go|went|gets?|getting|got|mov(?:es?|ing|ed)|chang(?:es?|ing|ed)"
+    r"|transition(?:s|ing|ed)?|switch(?:es|ing|ed)?)\s+)?from\s+(?:an?\s+)?"
+    r"([^\W\d_]+ing)((?:\s+(?!to\b)[^\W\d_]+){0,5})\s+(?:in)?to\s+(?:an?\s+)?([^\W\d_]+ing)\b",
+    re.IGNORECASE,
+)
+"""From one action, with what is said of it, to another."""
 _BECOMES = re.compile(
     r"\b(?:(?:that|which|and)\s+)?(?:then\s+)?(?:"
     r"(?:slow|speed)(?:s|ing|ed)?(?:\s+(?:down|up))?\s+(?:in)?to|sped(?:\s+up)?\s+(?:in)?to"
@@ -181,6 +226,10 @@ def without_request(text: str) -> str:
     ('runs while raising both arms ', 'walks with hands on hips')
     >>> without_request("long takes of a waltz")
     'a waltz for a long time'
+    >>> without_request("goes from lying on the floor to standing")
+    'lying on the floor, then standing up'
+    >>> without_request("starts standing and ends seated"), without_request("turns clockwise")
+    ('standing , then sitting', 'turns to the right')
     >>> without_request("squatting trials"), without_request("three examples of a walk-to-run")
     ('squatting', 'a walk, then run')
     """
@@ -192,7 +241,7 @@ def without_request(text: str) -> str:
     if length is not None:
         text = f"{_LENGTH.sub('', text)} for a {'short' if length[1] else 'long'} time"
     text = _NAMED_CAPTURES.sub("", _OF_CAPTURES.sub("", text))
-    text = _FROM_TO.sub(_then, _BECOMES.sub(_change, text))
+    text = _FROM_TO.sub(_then, _FROM_ONE.sub(_after, _BECOMES.sub(_change, text)))
     for phrase, word in ((r"in\s+reverse", "backward"), *_MANNERS):
         text = re.sub(rf"\b(?:{phrase})\b", word, text, flags=re.IGNORECASE)
     text = _SEAT.sub("sit down", _ABOUT_TO.sub("", text))
@@ -214,11 +263,21 @@ def _change(found: re.Match[str]) -> str:
 
 def _then(found: re.Match[str]) -> str:
     """One action and then another of a change between them ("sit-to-stand")."""
-    first, second = lemma(found[1]), lemma(found[2])
-    if first == second or first == "start" or not {first, second} <= VERBS - _OBJECTS:
+    return _in_order(found, found[1], "", found[2])
+
+
+def _after(found: re.Match[str]) -> str:
+    """One action, with what is said of it, and then another ("from lying on the back to ...")."""
+    return _in_order(found, found[1], found[2], found[3])
+
+
+def _in_order(found: re.Match[str], one: str, about: str, other: str) -> str:
+    """Two actions of a change between them; what was found, unless both are actions."""
+    first, second = lemma(one), lemma(other)
+    if first == second or first == "start" or not {first, second} <= (VERBS - _OBJECTS) | _LOW:
         return found[0]
     ends = {"stand": " up" if first in _LOW else "", "sit": " down"}
-    return f"{found[1]}, then {found[2]}{ends.get(second, '')}"
+    return f"{one}{about}, then {other}{ends.get(second, '')}"
 
 
 def _names_motion(words: str) -> bool:

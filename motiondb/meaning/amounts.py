@@ -23,7 +23,7 @@ from motiondb.body.features import runs
 from motiondb.language.question.amounts import Measure
 from motiondb.language.question.tree import LIMBS
 from motiondb.language.vocabulary import TRAVELS
-from motiondb.meaning.degrees import Degree
+from motiondb.meaning.degrees import Degree, count_steps
 from motiondb.meaning.occurrences import FLIGHTS, find_occurrences
 from motiondb.meaning.travelled import (
     GOING,
@@ -41,7 +41,6 @@ SHARE = 0.2  # Of a number, within which it is met
 SHORTEST = 0.5  # Seconds for which somebody must go, unless the motion is shorter
 SMOOTHED = 0.7  # Seconds over which turning is averaged: hips sway with every step
 TURNS_FROM, LEAST_TURN = 0.25, 20.0  # rad/s and degrees of one turn
-PASSED = 0.08  # Metres by which one foot must be ahead of the other before it is passed again
 _AHEAD = frozenset(("forward", "backward", "back", "sideways"))  # Ways that do not turn
 _VERBS = {"angle": "turns by", "way": "goes", "speed": "goes at", "steps": "takes"}
 
@@ -134,24 +133,13 @@ def amounts_of(
         if b - a < SHORTEST * fps and b - a < len(speeds):
             continue
         if measure.what == "steps":
-            feet = track[round(each * a) : round(each * b), 18:20]
-            amount = float(count_steps(feet[:, 0] - feet[:, 1]))
+            amount = float(count_steps(track[round(each * a) : round(each * b)]))
         elif measure.what == "way":
             amount = float(speed[a:b].sum() / fps)
         else:
             amount = float(means_of(speed[a:b], min(round(fps), int(b - a))).max())
         found.append((amount, int(a), int(b)))
     return found
-
-
-def count_steps(ahead: FloatArray) -> int:
-    """How often one foot passes the other; `ahead` (frames,): the left one before the right, m.
-
-    >>> count_steps(np.array([0.0, 0.3, 0.1, -0.3, -0.05, 0.02, -0.3, 0.3]))
-    3
-    """
-    sides = np.sign(ahead[np.abs(ahead) > PASSED])
-    return int(len(sides) > 0) + int((np.diff(sides) != 0).sum())
 
 
 def _is_height(measure: Measure, action: Sequence[str]) -> bool:

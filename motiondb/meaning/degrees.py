@@ -8,6 +8,8 @@ speed    travelling (``TRAVELS``), not of jumps: the    fast, quick, rapid, bris
 height   jumps: the rise of the pelvis in a flight, m   high; low
 way      jumps: the way over the ground in a flight, m  far, long, broad; short
 time     travelling: how long the interval lasts, s     long; short
+step     "steps", "strides": the way over the ground    long; short, tiny
+         from one step to the next, in the mean, m
 =======  =============================================  ===================================
 
 These words have no bounds: they order the motions that show the action.
@@ -38,15 +40,21 @@ _OF_JUMPS = {
     "broad": ("way", 1.0),
     "short": ("way", -1.0),
 }
+_OF_STEPS = {"long": ("step", 1.0), "short": ("step", -1.0), "tiny": ("step", -1.0)}
+_STEPS = frozenset(("step", "stride"))
 _LASTING = frozenset(("long", "short"))
-_UNITS = {"time": "s", "speed": "m/s", "height": "m up", "way": "m along the ground"}
+_UNITS = {
+    **{"time": "s", "speed": "m/s", "height": "m up"},
+    **{"way": "m along the ground", "step": "m a step"},
+}
+PASSED = 0.08  # Metres by which one foot must be ahead of the other before it is passed again
 
 
 @dataclass(frozen=True)
 class Degree:
     """What of a motion a word of degree names, and whether more or less of it."""
 
-    measure: str  # "speed", "time", "height" or "way"
+    measure: str  # "speed", "time", "height", "way" or "step"
     sign: float  # 1: the more the better; -1: the less
     words: frozenset[str]  # The words that name it
 
@@ -67,6 +75,10 @@ class Degree:
                 return float("nan")
             size = min(round(STEADY * MOTION_FPS), len(inside))
             return float(means_of(inside, size).max())
+        if self.measure == "step":
+            steps = count_steps(track[first:behind])
+            way = np.hypot(*track[first:behind, 1:3].T).sum() / MOTION_FPS
+            return float(way / steps) if steps > 1 else float("nan")
         flights = [f for f in find_occurrences(track, "jump") if f[0] < behind and f[1] > first]
         if self.measure == "height":
             found = [track[a:b, 0].max() - track[max(a - 1, 0), 0] for a, b in flights]
@@ -84,23 +96,39 @@ class Degree:
         return f"{amount:.{digits}f} {_UNITS[self.measure]}"
 
 
+def count_steps(track: FloatArray) -> int:
+    """How often one foot passes the other; `track` (frames, columns).
+
+    >>> track = np.zeros((8, 20)); track[:, 18] = [0.0, 0.3, 0.1, -0.3, -0.05, 0.02, -0.3, 0.3]
+    >>> count_steps(track)
+    3
+    """
+    ahead = track[:, 18] - track[:, 19]  # the left foot before the right one
+    sides = np.sign(ahead[np.abs(ahead) > PASSED])
+    return int(len(sides) > 0) + int((np.diff(sides) != 0).sum())
+
+
 def degree_of(words: Sequence[str]) -> Degree | None:
     """The degree that an action names; None if it names none, or several.
 
     >>> degree_of(("run", "fast")).sign, degree_of(("jump", "far")).measure
     (1.0, 'way')
-    >>> degree_of(("wave", "slow")), degree_of(("kick", "high")), degree_of(("long", "step"))
-    (None, None, None)
-    >>> degree_of(("run", "long")).measure
-    'time'
+    >>> degree_of(("wave", "slow")), degree_of(("kick", "high"))
+    (None, None)
+    >>> degree_of(("run", "long")).measure, degree_of(("walk", "long", "stride")).measure
+    ('time', 'step')
     """
-    jumps = not _JUMPS.isdisjoint(words)
-    table = _OF_JUMPS if jumps else {} if TRAVELS.isdisjoint(words) else _OF_TRAVEL
+    jumps, steps = not _JUMPS.isdisjoint(words), not _STEPS.isdisjoint(words)
+    by_speed = not {*_FAST, *_SLOW}.isdisjoint(words)  # by which "a fast walk with long steps" goes
+    travel = _OF_TRAVEL | _OF_STEPS if steps and not by_speed else _OF_TRAVEL
+    table = _OF_JUMPS if jumps else {} if TRAVELS.isdisjoint(words) else travel
     named = {word for word in words if word in table}
-    if not jumps and ("step" in words or not {*words} - named <= TRAVELS):
-        named -= _LASTING  # long steps are no long walk
+    if not jumps and ((steps and by_speed) or not {*words} - named <= TRAVELS):
+        named -= _LASTING  # a long walk, but no long wave
     found = {table[word] for word in named}
     if len(found) != 1:
         return None
     ((measure, sign),) = found
+    if measure == "step" and not TRAVELS.isdisjoint({*words} - _STEPS):
+        named |= _STEPS.intersection(words)  # "walk with long steps" is looked for as a walk
     return Degree(measure, sign, frozenset(named))

@@ -29,8 +29,9 @@ PUNCHES = frozenset(("punch", "jab", "uppercut", "box", "hit", "thrust"))
 _HOLDING_TEXT = "stand hop balance land lean rest support hang hold kneel"
 HOLDING = frozenset(_HOLDING_TEXT.split())
 """Actions whose limb is the one that rests: who hops on the left leg may move the other."""
-_ON_ONE_LEG = frozenset(("hop", "stand", "balance"))
+_ON_ONE_LEG = frozenset(("hop", "stand", "balance", "spin", "rotate", "pirouette"))
 _RAISES = frozenset(("raise", "lift", "up", "overhead"))
+_LOWERS = frozenset(("lower", "drop", "down", "put", "bring"))
 PLAIN = frozenset(("hold", "put", "keep", "stretch", "throw", "stick"))
 
 
@@ -73,6 +74,21 @@ def arm_raised(words: Sequence[str]) -> str | None:
     arms = [word for word in words if word in LIMBS and word not in LEGS]
     rest = {*words} - _RAISES - PLAIN - SIDES - {*arms}
     if _RAISES.isdisjoint(words) or not arms or (rest and "raise" not in words):
+        return None
+    return next((side for side, limb in pairwise(words) if side in SIDES and limb in arms), "")
+
+
+def arm_lowered(words: Sequence[str]) -> str | None:
+    """The side, as of :func:`arm_raised`, of an action that lowers an arm or a hand.
+
+    >>> arm_lowered(("lower", "both", "arm")), arm_lowered(("put", "hand", "down"))
+    ('both', '')
+    >>> arm_lowered(("wave", "hand", "down")), arm_lowered(("put", "hand"))
+    (None, None)
+    """
+    arms = [word for word in words if word in LIMBS and word not in LEGS]
+    lowers = not {"lower", "drop", "down"}.isdisjoint(words)
+    if not arms or not lowers or {*words} - _LOWERS - SIDES - {*arms}:
         return None
     return next((side for side, limb in pairwise(words) if side in SIDES and limb in arms), "")
 

@@ -27,6 +27,7 @@ stop                the end of a time of at least 0.5 s in which somebody travel
 raise               a time of at least 0.3 s in which a hand is as high as its shoulder, and the
                     trunk upright; "raise left": the left one, "raise both": both at once
 overhead            the same for a hand above the head
+lower               the end of a time in which a hand is raised, until it hangs down, within 1.5 s
 lie                 a time of at least 1 s in which trunk and thighs are level
 kneel               a time of at least 0.5 s in which a knee is on the ground, and the trunk upright
 stand still         a time of at least 0.5 s of standing in which neither pelvis nor limbs move
@@ -60,7 +61,14 @@ from motiondb.body.features import headings, runs, velocity
 from motiondb.body.pose_vectors import path_of
 from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import SINGLE, as_said
-from motiondb.meaning.limb_sides import LEGS, PLAIN, arm_raised, limb_held, outward_speeds
+from motiondb.meaning.limb_sides import (
+    LEGS,
+    PLAIN,
+    arm_lowered,
+    arm_raised,
+    limb_held,
+    outward_speeds,
+)
 from motiondb.meaning.score_vectors import averaged_rows
 from motiondb.meaning.travelled import SPINS, SPUN, TURNS
 from motiondb.records import MOTION_FPS, FloatArray, Motion
@@ -102,19 +110,23 @@ which somebody moves: who stands sways more slowly."""
 TURN_SPEED, SPIN_SPEED, TURNED = 0.8, 2.0, 0.7  # rad/s, rad/s, rad
 COUNTED = (*FLIGHTS, "kick", "punch", *sorted(OVER), *LEANS, *LOW)
 """Words whose occurrences are counted in a motion that is made or judged."""
-POSED = frozenset(("raise", "overhead", "lie", "kneel", "on", "still"))
-"""First words of postures that are measured where captions do not say them."""
+POSED = frozenset(("raise", "overhead", "lower", "lie", "kneel", "on", "still"))
+"""First words of postures, and of a change between them, that are measured where captions do not
+say them."""
 _HANDS = ("", " left", " right", " both")
 EVERY_POSTURE = (
-    *(f"{what}{side}" for what in ("raise", "overhead") for side in _HANDS),
+    *(f"{what}{side}" for what in ("raise", "overhead", "lower") for side in _HANDS),
     *(f"on {side} leg" for side in ("left", "right", "one")),
     *("lie", "kneel", "still", "stand", "sit"),
 )
 """The postures of ``POSED`` with their sides, and those in which something else is done."""
-HELD = frozenset(("handstand", "sit", *POSED))
+HELD = frozenset(("handstand", "sit", *POSED)) - {"lower"}
 """Events that last for as long as a posture is held, or their first words."""
 RAISED, ABOVE_HEAD = -0.05, 0.1
 """Height of a wrist above its shoulder, and above the joint of the head, m, of a raised hand."""
+HANGS, LOWERED_WITHIN, BEFORE_LOWERING = -0.25, 45, 15
+"""Height of a wrist below its shoulder, m, of a hand that hangs down; frames in which it comes
+there, and frames (0.5 s) before."""
 STOPPED, STEP = 0.3, 15  # m/s; frames (0.5 s) over which speeds are averaged
 LYING, KNEE_DOWN, FOOT_UP, RESTS = 1.2, 0.15, 0.15, 0.6
 """Angle of the trunk from upright of somebody who lies, rad; height of a knee that is on the
@@ -127,6 +139,7 @@ _WITH_HANDS = frozenset(("raise", "lift", "up", "overhead", "high", *SIDES, *LIM
 _WITH_LEGS = frozenset(("stand", "balance", SINGLE, *SIDES, *LEGS))
 _WITH_POSTURE = {
     **dict.fromkeys(("raise", "overhead"), _WITH_HANDS),
+    "lower": frozenset(("lower", "drop", "down", "put", "bring", *SIDES, *LIMBS)),
     "on": _WITH_LEGS,
     "still": frozenset(("stand", "still")),
     "kneel": frozenset(("kneel", "down", "knee", "floor", "ground", SINGLE)),
@@ -227,6 +240,9 @@ def _posture(words: Sequence[str]) -> str:
     if hand is not None:
         side = "" if hand == "" else f" {hand}"
         return ("overhead" if "overhead" in words else "raise") + side
+    lowered = arm_lowered(words)
+    if lowered is not None:
+        return f"lower {lowered}".strip()
     if "stand" in words or "balance" in words:
         held = limb_held(words)
         return f"on {as_said(held[0])} leg" if held else "still" if "still" in words else ""
@@ -236,8 +252,8 @@ def _posture(words: Sequence[str]) -> str:
 def say_posture(posture: str) -> str:
     """A posture of :func:`event_of` in words that follow "does not".
 
-    >>> [say_posture(one) for one in ("lie", "on left leg", "raise", "overhead both")]
-    ['lie', 'stand on the left leg alone', 'raise a hand', 'hold both hands overhead']
+    >>> [say_posture(one) for one in ("lie", "on left leg", "raise", "lower both")]
+    ['lie', 'stand on the left leg alone', 'raise a hand', 'lower both hands']
     """
     what, _, side = posture.partition(" ")
     hands = {"": "a hand", "both": "both hands"}.get(side, f"the {side} hand")
@@ -245,6 +261,7 @@ def say_posture(posture: str) -> str:
         "on": f"stand on {'one leg' if side == 'one leg' else f'the {side}'} alone",
         "raise": f"raise {hands}",
         "overhead": f"hold {hands} overhead",
+        "lower": f"lower {hands}",
         "still": "stand still",
     }
     return said.get(what, what)
@@ -340,6 +357,8 @@ def _stops(track: FloatArray) -> list[tuple[int, int]]:
 def _postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:
     """The times in which somebody sits, or holds a posture of ``POSED`` with its side."""
     what, _, side = posture.partition(" ")
+    if what == "lower":
+        return _lowered(track, side)
     shortest = SHORTEST_LEAN
     if what in ("raise", "overhead"):
         up = track[:, 22:24] > RAISED if what == "raise" else track[:, 24:26] > ABOVE_HEAD
@@ -363,6 +382,22 @@ def _postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:
             over = {"left leg": over, "right leg": -over}.get(side, np.abs(over))
             held = (over > FOOT_UP) & standing(track) & rests
     return [(a, b) for a, b in _runs(np.asarray(held)) if b - a >= shortest]
+
+
+def _lowered(track: FloatArray, side: str) -> list[tuple[int, int]]:
+    """The times in which a raised hand, or both, comes to hang down."""
+    hands = {"left": [22], "right": [23], "both": [22, 23]}
+    if side not in hands:
+        times = _lowered(track, "left") + _lowered(track, "right")
+        inside = ~frames_without(times, len(track))
+        return [(int(a), int(b)) for a, b in runs(inside)]
+    hangs = np.asarray((track[:, hands[side]] < HANGS).all(axis=1))
+    found = []
+    for start, end in _postures(track, f"raise {side}"):
+        down = np.flatnonzero(hangs[end : end + LOWERED_WITHIN])
+        if len(down):
+            found.append((max(end - BEFORE_LOWERING, start), int(end + down[0] + 1)))
+    return found
 
 
 def _moving(track: FloatArray) -> NDArray[np.bool_]:

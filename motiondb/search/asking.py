@@ -45,7 +45,7 @@ from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, TRAVELS
 from motiondb.learn.learned import Learned
 from motiondb.meaning.degrees import Degree, degree_of
 from motiondb.meaning.direction import vertical_ways
-from motiondb.meaning.limb_sides import arm_raised, limb_held, limbs_to_measure
+from motiondb.meaning.limb_sides import arm_lowered, arm_raised, limb_held, limbs_to_measure
 from motiondb.meaning.occurrences import (
     COUNTED,
     OF_POSTURES,
@@ -78,7 +78,7 @@ from motiondb.search.takings import (
     write_otherwise,
 )
 
-_OF_ARMS = frozenset((*SIDES, *LIMBS, "up", "overhead"))  # Words of a raised hand
+_OF_ARMS = frozenset((*SIDES, *LIMBS, "up", "overhead", "down"))  # Words of a raised hand
 COUNTED_EVENTS = frozenset((*COUNTED, "spin", "stop"))
 """Events of which one is told from the next."""
 
@@ -172,7 +172,7 @@ def ask(
         takings = without_measured_words(sentence, takings)
         asked = with_replaced(asked, takings)
         question = understand(asked, sentence, takings, looks_at_motion=True)
-    shown = question.only if arm_raised(question.only) is not None else ()  # "put the hands up"
+    shown = question.only if _moves_hands(question.only) else ()  # "put the hands up"
     missing = not_understood(sentence, {*question.asked.added, *question.taken, *shown})
     return replace(question, text=text, same=same, missing=missing)
 
@@ -277,8 +277,13 @@ def _measured_words(action: tuple[str, ...]) -> frozenset[str]:
     limbs = {*chain.from_iterable(limbs_to_measure(action)), *limb_held(action)}
     ends: Collection[str] = {"seat": {"down"}, "rise": {"up"}}.get(event_of(action), set())
     if posture_of(action):
-        ends = _OF_ARMS.intersection(action) if arm_raised(action) is not None else {"down"}
+        ends = _OF_ARMS.intersection(action) if _moves_hands(action) else {"down"}
     return frozenset((*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)))
+
+
+def _moves_hands(action: Sequence[str]) -> bool:
+    """Whether an action raises or lowers a hand, which is measured."""
+    return arm_raised(action) is not None or arm_lowered(action) is not None
 
 
 def asked_degree(sentence: Sentence) -> Degree | None:

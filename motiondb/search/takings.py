@@ -51,7 +51,7 @@ from motiondb.language.vocabulary import (
 )
 from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
 from motiondb.learn.learned import Learned
-from motiondb.meaning.occurrences import OF_POSTURES, is_posture_alone
+from motiondb.meaning.occurrences import OF_POSTURES, is_posture_alone, posture_of
 
 TAKEN = 0.5
 SUGGESTED = 0.3
@@ -299,14 +299,21 @@ class Sentence:
         return self.seen | self.unseen
 
     def _of_postures(self, actions: Sequence[Action], is_known: bool) -> frozenset[tuple[str, ...]]:
-        """The actions that are postures alone; those of known words only if `is_known`."""
+        """The actions that are postures alone; those of known words only if `is_known`.
+
+        No caption that says "stand" tells on how many legs.
+        """
         said = self.known & OF_POSTURES - {"still"}
         return frozenset(
             action.words
             for action in actions
             if is_posture_alone(action.words)
             and not action.manner
-            and (is_known or said.isdisjoint(action.words))
+            and (
+                is_known
+                or said.isdisjoint(action.words)
+                or posture_of(action.words).startswith("on ")
+            )
         )
 
     def in_known_words(self, added: Mapping[str, int], is_seen: bool = True) -> KnownQuestion:

@@ -73,6 +73,17 @@ def test_upside_down_with_what_leads_there() -> None:
     assert find_occurrences(quick, "flip") == [(30, 50)]
 
 
+def test_a_hand_is_lowered_that_comes_to_hang_down_from_the_shoulder() -> None:
+    track = np.hstack([standing(), np.zeros((150, 6))])
+    track[:, 22:24] = -0.5
+    track[30:60, 22] = 0.2  # the left hand, which then hangs
+    track[80:150, 23] = 0.2  # the right hand stays up
+    assert find_occurrences(track, "lower left") == find_occurrences(track, "lower") == [(45, 61)]
+    assert find_occurrences(track, "lower right") == find_occurrences(track, "lower both") == []
+    track[60:110, 22] = -0.1  # it stays half way
+    assert find_occurrences(track, "lower") == []
+
+
 def test_turns_and_spins_go_far_enough_to_one_side() -> None:
     track = standing()
     track[30:60, TURNING] = 1.0  # 1 rad
@@ -108,6 +119,10 @@ def test_degrees_of_speed_height_and_way() -> None:
     assert Degree("way", 1.0, frozenset()).amount(track, 0, 150) == pytest.approx(1.0)
     assert np.isnan(Degree("way", 1.0, frozenset()).amount(track, 0, 90))
     assert degree_of(("walk", "slow", "fast")) is None
+    walked = np.hstack([track, np.zeros((150, 6))])
+    walked[:, 18] = 0.3 * np.sign(np.sin(np.arange(150) * np.pi / 15 + 0.1))  # every .5 s, at 1 m/s
+    assert Degree("step", 1.0, frozenset()).amount(walked, 0, 60) == pytest.approx(0.5)
+    assert degree_of(("walk", "slow", "long", "step")).measure == "speed"
 
 
 def test_who_rests_does_not_go_on() -> None:

@@ -290,6 +290,7 @@ def test_an_excluded_posture_in_unknown_words_is_measured(db: motiondb.MotionDB)
     against = [any("kneel" in words for words in m.contradicted) for m in answer.matches]
     assert not any(one and not knelt for one, knelt in zip(against, kneels))
     assert {match.probability for match in answer.matches} == {None}
+    assert not db.search("stand, but not on one leg", limit=5).not_used
 
 
 @pytest.mark.parametrize(

@@ -282,13 +282,25 @@ def _unit(text: str) -> tuple[str, float]:
 _EITHER_AMOUNT = re.compile(
     rf"({NUMBER})\s+or\s+({NUMBER})([\s-]*(?:degrees?\b|°|{_LENGTH}(?![\w/])))", re.IGNORECASE
 )
+_SOME_UNIT = (
+    rf"(?:degrees?\b|°|{_LENGTH}(?:\s*/\s*s\b)?(?![\w/])|{_UNIT.replace('?P<unit>', '?:')})"
+)
+_BOTH_LIMITS = re.compile(
+    rf"\b(?:(?:{_AT_LEAST}))\s+(?P<low>{NUMBER})(?:\s*{_SOME_UNIT})?"
+    rf"\s*,?\s*(?:and|but)\s+(?:{_AT_MOST})\s+(?P<high>{NUMBER})(?P<unit>[\s-]*{_SOME_UNIT})",
+    re.VERBOSE | re.IGNORECASE,
+)
 
 
 def spread_amounts(text: str) -> str:
     """A text in which each of two amounts has its unit, unless they are next to one another.
 
+    A lower and an upper limit become one amount.
+
     >>> spread_amounts("turn 90 or 180 degrees"), spread_amounts("walk two or three steps")
     ('turn 90 degrees or 180 degrees', 'walk two or three steps')
+    >>> spread_amounts("walk more than 3 but less than 5 m")
+    'walk between 3 and 5 m'
     """
 
     def each(match: re.Match[str]) -> str:
@@ -296,7 +308,8 @@ def spread_amounts(text: str) -> str:
         near = abs(to_number(other) - to_number(one)) <= 1.0
         return match.group() if near else f"{one}{unit} or {other}{unit}"
 
-    return _EITHER_AMOUNT.sub(each, text)
+    limited = _BOTH_LIMITS.sub(r"between \g<low> and \g<high>\g<unit>", text)
+    return _EITHER_AMOUNT.sub(each, limited)
 
 
 def match_number(text: str, place: int = 0) -> tuple[int, float, float | None] | None:

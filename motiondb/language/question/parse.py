@@ -162,14 +162,19 @@ def together(left: Node, right: Node) -> Node:
 
 _ENDS = {
     "up": ("stand", "get", "rise"),
-    "down": ("sit", "get"),
+    "down": ("sit", "get", "put"),
     "": ("stop", "fall"),
 }
 """Verbs that, with the way beside them, end one posture and begin another."""
 
 
+_REACHED = ("angle", "way", "steps")  # Measures of what comes to an end with them
+
+
 def both_of(nodes: Sequence[Node]) -> Node:
-    """Parts joined by "and": in order, if one of them ends a posture; else that is left open.
+    """Parts joined by "and": in order, if one of them ends a posture, or goes as far as is said.
+
+    Else that is left open.
 
     >>> squat, rise, wave = (Action(words) for words in (("squat",), ("stand", "up"), ("wave",)))
     >>> type(both_of([squat, rise])).__name__, type(both_of([squat, wave])).__name__
@@ -182,7 +187,10 @@ def both_of(nodes: Sequence[Node]) -> Node:
         for way, verbs in _ENDS.items()
         for verb in verbs
     )
-    return join(InOrder if ends else Both, nodes)
+    goes_so_far = any(
+        isinstance(node, Measured) and node.measure.what in _REACHED for node in nodes
+    )
+    return join(InOrder if ends or goes_so_far else Both, nodes)
 
 
 MOST_PARENTHESES = 20

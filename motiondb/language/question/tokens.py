@@ -13,7 +13,8 @@ it; a bare "not" or "without" holds for the part before it alone.
     comma stop then while same or either and after before
     not         not, never, without, except, no, don't, neither, ...; ``nor``; ``but_not``
     count       twice, three times, 3x, two jumps
-    which when  subject 14, in the first 2 s: told, and not used
+    which when  subject 14, in the first 2 s, immediately after: told, and not used
+    soon
     duration    for ten seconds, at least 5 s
 """
 
@@ -65,6 +66,11 @@ _WORDS = (
         r"(?:while|time|moment|bit)|for\s+(?:long|ages)|once\s+in\s+a\s+while|from\s+time\s+to\s+time"
         r"|briefly|sometimes|often|all\s+the\s+time"
         r"|(?:a\s+few|several|some|a\s+couple\s+of)\s+(?:met(?:er|re)s?|yards?|feet|degrees)",
+    ),
+    (
+        "soon",
+        r"(?:immediately|directly|straight|just|shortly|soon|long|(?:(?<=and\s)|(?<=,\s)|^)right)"
+        r"(?=\s+(?:after|before|afterwards?|thereafter)\b)",
     ),
     ("only", r"only|exclusively|solely|nothing\s+but|nothing\s+else"),
     (
@@ -149,6 +155,7 @@ _AMOUNTS = ("number", "vague", "filler")  # Kinds between a verb and the steps o
 _MEASURED_IN_STEPS = VERBS - MODIFIERS - LIMBS - {"take", "climb", "ascend", "descend"}
 _UNUSED = {
     "vague": "it names neither a duration nor a count",
+    "soon": "how soon one action follows another is not compared",
     "only": "what else a capture shows is not compared",
     "which": "performers and captures are chosen by filters (--where)",
     "when": "where in a capture it is shown is not compared",

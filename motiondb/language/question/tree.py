@@ -27,7 +27,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from motiondb.language.question.amounts import Measure
-from motiondb.language.vocabulary import IN_A_CIRCLE, IN_PLACE, MODIFIERS, TRAVELS
+from motiondb.language.vocabulary import IN_A_CIRCLE, IN_PLACE, MODIFIERS, SINGLE, TRAVELS
 
 SIDES = frozenset(("left", "right", "both"))
 _LIMBS_TEXT = """
@@ -35,6 +35,7 @@ arm hand fist wrist elbow shoulder finger thumb palm leg foot knee hip ankle toe
 """
 LIMBS = frozenset(_LIMBS_TEXT.split())
 """Parts of the body of which there are a left and a right one."""
+_BORNE = frozenset(("stand", "balance", "hop"))  # Actions that one leg may bear
 SHARED_WAYS = frozenset(("forward", "backward", "back", "sideways", IN_PLACE, IN_A_CIRCLE))
 """Directions that ways of travelling share: "walk or run backward"."""
 
@@ -192,14 +193,29 @@ def without(part: Node, excluded: Sequence[Node], later: bool = False) -> Node:
     """A part without its exclusions; exclusions of the same part become one list.
 
     `later`: Whether nothing of it comes afterwards, either.
+
+    >>> without(Action(("stand", "still")), [Action(("left", "leg"))]).excluded
+    (Action(words=('stand', 'left', 'leg'), manner=()),)
     """
     listed: list[Node] = []
     for node in excluded:
         listed.extend(node.parts if isinstance(node, AnyOf) else (node,))
+    listed = [_held_on(part, node) for node in listed]
     if isinstance(part, Without):
         later = later or part.later
         return replace(part, excluded=(*part.excluded, *listed), later=later)
     return Without(part, tuple(listed), later) if listed else part
+
+
+def _held_on(part: Node, excluded: Node) -> Node:
+    """An excluded leg with the action that it would bear: "stand, but not on one leg"."""
+    bears = [word for each in actions_of(part) for word in each.words if word in _BORNE]
+    if not bears or not isinstance(excluded, Action) or not is_bare(excluded):
+        return excluded
+    of_one = not {SINGLE, "left", "right"}.isdisjoint(excluded.words)
+    if not of_one or {"leg", "foot"}.isdisjoint(excluded.words):
+        return excluded
+    return replace(excluded, words=(bears[-1], *excluded.words))
 
 
 def parts_of(node: Node) -> tuple[Node, ...]:
