@@ -37,7 +37,7 @@ from motiondb.generate.excerpt_report import (
     segments_of,
 )
 from motiondb.generate.material import SequenceMotion, Takes
-from motiondb.generate.sentence_plan import PlannedAction, plan_sentence
+from motiondb.generate.sentence_plan import Amount, PlannedAction, plan_sentence
 from motiondb.generate.shown_actions import Asked, JudgedAction, judge_motion
 from motiondb.generate.smoothness import Smoothness, measure_smoothness
 from motiondb.generate.symbol_motion import symbol_motion
@@ -56,15 +56,25 @@ from motiondb.language.question.tree import (
     parts_of,
 )
 from motiondb.language.translation import decoding
-from motiondb.language.vocabulary import MODIFIERS, as_said, nearest_words
+from motiondb.language.vocabulary import MODIFIERS, TRAVELS, as_said, nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
+from motiondb.meaning.amounts import amounts_of, off, outside
 from motiondb.meaning.direction import directions_of, is_as_in_search, words_of_measured
-from motiondb.meaning.occurrences import EVERY_POSTURE, is_posture_alone, measured_track, posture_of
-from motiondb.records import IntArray
+from motiondb.meaning.occurrences import (
+    EVERY_POSTURE,
+    FLIGHTS,
+    is_posture_alone,
+    measured_track,
+    posture_of,
+)
+from motiondb.records import MOTION_FPS, IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 METHODS = ("stitched", "trajectory")
+INSIDE = 0.1  # Share of a limit by which a motion is made to be inside of it
+MOST_FITS = 3  # Times that a motion is made again, so that it goes as far as is asked for
+LEAST_SECONDS = 0.6  # Of an action that is made again so
 SPEED_NAMES = ("slow", "fast")  # Manners that generation can show although no caption says them
 
 
@@ -147,8 +157,77 @@ def make_motion(
         if method == "trajectory":
             return _from_symbols(learned, takes, wanted)
         sources = _sources(learned, takes, wanted, anyway, choice.wishes)
+        drawn = deepcopy(rng)
         made_of_excerpts = excerpt_motion(learned, takes, sources, rng, choice)
+
+        def again(of: Sequence[ActionSources]) -> ExcerptMotion:
+            return excerpt_motion(learned, takes, of, deepcopy(drawn), choice)
+
+        made_of_excerpts = _as_far_as_asked(sources, made_of_excerpts, again)
         return _from_excerpts(learned, wanted, sources, made_of_excerpts)
+
+
+def _as_far_as_asked(
+    sources: Sequence[ActionSources],
+    made: ExcerptMotion,
+    again: Callable[[Sequence[ActionSources]], ExcerptMotion],
+) -> ExcerptMotion:
+    """A motion whose excerpts go on for as long as the ways and steps that are asked for take.
+
+    It is the motion that was made, unless another comes nearer. `again`: Makes it of other sources.
+    """
+    best, apart = made, _apart(sources, made)
+    for _ in range(MOST_FITS):
+        seconds = [None if one is None or one[0] <= 0.0 else one[1] for one in apart]
+        if not any(seconds):
+            break
+        timed = [
+            of if s is None else replace(of, action=replace(of.action, seconds=Amount(s, s)))
+            for of, s in zip(sources, seconds)
+        ]
+        tried = again(timed)
+        shown = (replace(one, action=of.action) for one, of in zip(tried.shown, sources))
+        tried = replace(tried, shown=tuple(shown))
+        now = _apart(sources, tried)
+        before, after = (sum(one[0] for one in of if one is not None) for of in (apart, now))
+        if after >= before or sum(map(bool, now)) < sum(map(bool, apart)):
+            break
+        best, apart = tried, now
+    return best
+
+
+def _apart(
+    sources: Sequence[ActionSources], made: ExcerptMotion
+) -> list[tuple[float, float] | None]:
+    """How far the way or the steps of each action are outside, and the seconds that would do.
+
+    None for an action without, and for one that also lasts or is repeated as often as is said.
+    """
+    track, ends = measured_track(made.made.motion), np.cumsum([0, *made.made.lengths])
+    found: list[tuple[float, float] | None] = []
+    for of, start, end in zip(sources, ends[:-1], ends[1:]):
+        action, measure = of.action, of.action.measure
+        found.append(None)
+        if measure is None or measure.what not in ("way", "steps") or not _is_travelled(action):
+            continue
+        gone = amounts_of(measure, action.words, track[start:end])
+        if gone:
+            amount, first, behind = min(gone, key=lambda one: off(measure, action.words, one[0]))
+            low, high = measure.least, np.inf if measure.most is None else measure.most
+            if low < high:  # limits are met exactly, so clearly inside
+                low, high = min(low * (1.0 + INSIDE), high), max(high * (1.0 - INSIDE), low)
+            share = float(np.clip(amount, low, max(low, high))) / max(amount, 1e-9)
+            frames = end - start - (behind - first) * (1.0 - share)
+            beyond = max(outside(measure, action.words, amount), 0.0)
+            found[-1] = beyond, max(float(frames) / MOTION_FPS, LEAST_SECONDS)
+    return found
+
+
+def _is_travelled(action: PlannedAction) -> bool:
+    """Whether an action travels, and neither lasts nor is repeated as often as is said."""
+    is_free = action.seconds is None and action.times is None
+    flies = not set(FLIGHTS).isdisjoint(action.words)
+    return is_free and not flies and not TRAVELS.isdisjoint(action.words)
 
 
 def _understand(

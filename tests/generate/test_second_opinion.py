@@ -82,6 +82,14 @@ def test_an_angle_is_measured_in_the_part(db: motiondb.MotionDB) -> None:
     assert "'700 degrees' is not met: it turns by" in told.reason
 
 
+@pytest.mark.parametrize("far", [1, 2, 3])
+def test_a_walk_goes_as_far_as_is_asked_for(db: motiondb.MotionDB, far: int) -> None:
+    made = db.generate(f"walk {far} m")
+    assert not made.not_used
+    way = np.diff(made.motion.root_positions[:, [0, 2]], axis=0)
+    assert np.hypot(*way.T).sum() == pytest.approx(far, rel=0.3)
+
+
 def test_of_alternatives_the_best_one_counts(db: motiondb.MotionDB) -> None:
     told = db.judge("ana/walk_1", "kick or walk")
     assert (told.shown, told.chosen) == (True, "walk")
