@@ -271,7 +271,7 @@ def searchable(opened: store.Store, learned: Learned) -> Learned:
 
 def prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> Learned:
     """The learned model with arrays of all captures from the cache of the database."""
-    mark = f"{PREPARED} float32 {store.learning_mark(opened)}{sorted(learned.damaged) or ''}"
+    mark = f"{PREPARED} {store.learning_mark(opened)}{sorted(learned.damaged) or ''}"
     evidence = store.cached_arrays(opened, kind, lambda: prepare(learned), mark)
     places, maps = _place_arrays(opened, learned), _map_arrays(opened, learned)
     return replace(learned, prepared=Prepared(learned, evidence, places, maps))

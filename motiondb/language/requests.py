@@ -67,7 +67,22 @@ _LEGS = rf"(?:{_DETERMINED}\s+)+(?:legs?|knees?|foot|feet)"
 _OVERHEAD = r"overhead|(?:above|over)\s+(?:(?:the|his|her|their)\s+)?head|in\s+the\s+air"
 _POSED = r"(?:standing|sitting|seated|lying|kneeling|crouching|crouched|squatting)"
 _TURNING = r"(?:turn|spin|rotat|pivot|twirl|twist|revolv)\w*(?:\s+(?:a?round|in\s+place))?"
+_GOING = r"(?:walk|run|jog|pac|march|strid|stroll|sprint)(?:e?s|n?ing|ging|ed|e)?"
 _MANNERS = (
+    (
+        rf"({_GOING})((?:\s+(?!up\b|back\b|to\b)\w+)?)\s+(?:back\s+and\s+forth|to\s+and\s+fro"
+        r"|up\s+and\s+down(?!\s+(?:the|an?|some|on|from|\w*stairs)\b))",
+        r"\1\2, then turn around, then \1",
+    ),
+    (
+        rf"({_TURNING}[^,;.]*?)(?:,|\s+and|\s+then)+\s+({_GOING})\s+back(?!\s*ward)",
+        r"\1, then \2",
+    ),
+    (
+        r"(?:gets?|getting|got|goes|go|going|went|drops?|dropp(?:ed|ing)|f[ae]lls?)\s+(?:down\s+)?"
+        r"(?:on|to|onto)\s+(?:(?:one|both|his|her|their|the|a|left|right)\s+)*knees?",
+        "kneels down",
+    ),
     (r"seated", "sitting"),
     (rf"({_POSED})\s+(?:position|pose|posture)", r"\1"),
     *(

@@ -60,7 +60,7 @@ class Heard:
 
     # (segments + captures, words): the rows of a capture are those of its segments and, behind
     # them, that of the whole
-    odds: Float32Array
+    odds: FloatArray
     likeness: FloatArray  # (captures, words): that of the caption map, which ``odds`` has too
     meanings: Float32Array  # (captures, axes): meanings that the motion suggests (``caption_map``)
 
@@ -68,7 +68,7 @@ class Heard:
         """Log-odds of the captures with these rows of the table: arrays (segments + 1, words)."""
         ends = np.cumsum([part.stop - part.start + 1 for part in rows.values()]).tolist()
         inside = {c: slice(a, b) for c, a, b in zip(rows, [0, *ends], ends)}
-        return WhenAsked(rows, lambda capture: self.odds[inside[capture]].astype(np.float64))
+        return WhenAsked(rows, lambda capture: self.odds[inside[capture]])
 
 
 def hear_takes(
@@ -81,7 +81,7 @@ def hear_takes(
     """Log-odds of all words from the motion alone; `rows` are those of the captures."""
     parts = list(rows.values())
     ends = np.cumsum([0, *(part.stop - part.start + 1 for part in parts)])
-    odds = np.empty((ends[-1], len(fit.offsets)), dtype=np.float32)
+    odds = np.empty((ends[-1], len(fit.offsets)))
     wholes = np.empty((len(parts), standardised.shape[1]))
     with one_blas_thread():  # many small products
         for some, vectors in window_vectors_of(standardised, table, parts, WINDOW_MARGIN):

@@ -125,7 +125,19 @@ class AskedQuestion:
     @cached_property
     def is_silent(self) -> bool:
         """Whether no answer has a probability, since no own caption has checked the words."""
-        return self.is_seen_alone or not self.asked.are_checked(self.readings)
+        unchecked = not self.asked.are_checked(self.readings)
+        return self.is_seen_alone or self.names_no_action or unchecked
+
+    @cached_property
+    def names_no_action(self) -> bool:
+        """Whether it names parts of the body and where they are, and nothing that they do.
+
+        What captions say of "hand" and "hip" does not tell whether hands are on the hips.
+        """
+        asked = actions_of(self.sentence.parsed.tree)
+        words = {word for action in asked for word in action.words}
+        of_body = MODIFIERS.issuperset(words) and len(words) > 1 and not LIMBS.isdisjoint(words)
+        return of_body and not any(posture_of(action.words) for action in asked)
 
     def is_wordless(self, read: Sequence[Reading]) -> bool:
         """Whether no word of some readings ranks the captures, so that all are looked at."""

@@ -24,6 +24,7 @@ from motiondb.language.question.tree import NotUsed
 from motiondb.language.vocabulary import as_said
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import QuestionHit
+from motiondb.meaning.travelled import turning
 from motiondb.meaning.word_evidence import upper_bounds
 from motiondb.records import Match
 from motiondb.search import placing, reasons
@@ -267,7 +268,7 @@ def search_words(
     unchecked = why_unchecked(asked, sorted(set().union(*map(words_of_reading, read))))
     sure = learned.word_certainty
     known = sure is not None and not np.isnan(sure.threshold) and not unchecked
-    known = known and not question.is_seen_alone
+    known = known and not (question.is_seen_alone or question.names_no_action)
     threshold = sure.threshold if sure is not None and known else None
     replaced = prod(taking.chance for taking in question.taken.values() if taking.is_other)
 
@@ -291,6 +292,8 @@ def search_words(
         numbers = {hit.reading for hit in hits}
         alone = [replace(hit, reading=number) for hit in alone for number in numbers]
         strength = best_strength(asked, [*hits, *alone], threshold)
+    is_open = bool(question.missing) or question.names_no_action
+    is_open = is_open or any(map(partial(_shows_turn, read), map(place, shown)))
     return replace(
         as_understood(question),
         matches=tuple(
@@ -300,8 +303,8 @@ def search_words(
         explains=tuple(partial(explain_hit, asked, each.capture, each.hit) for each in shown),
         strength=strength,
         threshold=None if question.missing else threshold,
-        doubtful=not question.missing and judge.is_doubtful(first, known, replaced),
-        partial=not question.missing and judge.is_unlikely(first, known, replaced),
+        doubtful=not is_open and judge.is_doubtful(first, known, replaced),
+        partial=not is_open and judge.is_unlikely(first, known, replaced),
         suggests=tuple(partial(learned.captions_like, answer.capture) for answer in shown),
         vocabulary=asked.names,
         sources=word_sources(learned, question.words) + _sources_of_taken(question),
@@ -326,6 +329,15 @@ def _find(
         lambda capture: by_question.search_take(takes[capture], read, number),
         limit,
     )
+
+
+def _shows_turn(read: Sequence[Reading], placed: placing.Placed) -> bool:
+    """Whether an answer turns by the angle that a question asks for, and for nothing else."""
+    part = read[0].parts[0]
+    of_angle = part.measure is not None and part.measure.what == "angle"
+    is_all = of_angle and len(read) == 1 and len(read[0].parts) == 1 and not read[0].exclusions
+    turns = is_all and any(map(turning, part.said or part.actions))
+    return bool(turns and placed.gauged) and not placed.contradicted
 
 
 def _by_odds(found: Sequence[Found]) -> list[Found]:

@@ -37,6 +37,11 @@ from motiondb.language.vocabulary import split_actions
         ("turns counter-clockwise", "turn left"),
         ("walks clockwise", "walk circular right"),
         ("takes tiny steps", "tiny step"),
+        ("paces up and down", "pace | turn around | pace"),
+        ("runs up and down the stairs", "run up | down stair"),
+        ("turns around and walks back", "turn around | walk"),
+        ("turns left and walks backward", "turn left | walk backward"),
+        ("drops to his knees", "kneel down"),
         # not frames: these are the motion
         ("someone looks for a key", "look key"),
         ("pull ups", "pullup"),

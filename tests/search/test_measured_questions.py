@@ -293,6 +293,13 @@ def test_an_excluded_posture_in_unknown_words_is_measured(db: motiondb.MotionDB)
     assert not db.search("stand, but not on one leg", limit=5).not_used
 
 
+@pytest.mark.parametrize("question", ["hands on the back", "left foot", "arms forward"])
+def test_parts_of_the_body_alone_have_no_verdict(db: motiondb.MotionDB, question: str) -> None:
+    answer = db.search(question, limit=5)
+    assert {match.probability for match in answer.matches} == {None}
+    assert not answer.nothing
+
+
 @pytest.mark.parametrize(
     "question",
     ["walk backward", "sit down", "run for more than 2 seconds", "jump twice", "turn left, jump"],

@@ -292,6 +292,16 @@ _BOTH_LIMITS = re.compile(
 )
 
 
+_HALF_UNITS = tuple(
+    (re.compile(rf"\b{said}", re.IGNORECASE), number)
+    for said, number in (
+        (rf"an?\s+(?P<unit>{_LENGTH})\s+and\s+a\s+half\b", "1.5"),
+        (rf"one\s+and\s+a\s+half\s+(?P<unit>{_LENGTH})(?![\w/])", "1.5"),
+        (rf"half\s+(?:of\s+)?an?\s+(?P<unit>{_LENGTH})(?![\w/])", "0.5"),
+    )
+)
+
+
 def spread_amounts(text: str) -> str:
     """A text in which each of two amounts has its unit, unless they are next to one another.
 
@@ -299,8 +309,8 @@ def spread_amounts(text: str) -> str:
 
     >>> spread_amounts("turn 90 or 180 degrees"), spread_amounts("walk two or three steps")
     ('turn 90 degrees or 180 degrees', 'walk two or three steps')
-    >>> spread_amounts("walk more than 3 but less than 5 m")
-    'walk between 3 and 5 m'
+    >>> spread_amounts("walk more than 3 but less than 5 m"), spread_amounts("half a meter")
+    ('walk between 3 and 5 m', '0.5 meter')
     """
 
     def each(match: re.Match[str]) -> str:
@@ -308,6 +318,8 @@ def spread_amounts(text: str) -> str:
         near = abs(to_number(other) - to_number(one)) <= 1.0
         return match.group() if near else f"{one}{unit} or {other}{unit}"
 
+    for pattern, number in _HALF_UNITS:
+        text = pattern.sub(rf"{number} \g<unit>", text)
     limited = _BOTH_LIMITS.sub(r"between \g<low> and \g<high>\g<unit>", text)
     return _EITHER_AMOUNT.sub(each, limited)
 
