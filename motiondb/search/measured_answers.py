@@ -37,6 +37,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, runs
+from motiondb.language.lemmas import VERBS
 from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.direction import trodden_anywhere, vertical_ways
@@ -195,8 +196,9 @@ def _counted_event(part: Part, actions: Sequence[Sequence[str]]) -> str:
         return "stop"
     if len(actions) != 1:
         return ""
-    # of words that no caption says together, one may be another action
-    return event_of(actions[0]) if len(part.actions) == 1 else posture_of(actions[0])
+    # of words that no caption says together, one may be another action: "stand up" and "chair" not
+    n_acting = sum(not VERBS.isdisjoint(words) for words in part.actions)
+    return event_of(actions[0]) if n_acting < 2 else posture_of(actions[0])
 
 
 def _believed(asked: AskedWords, capture: int, action: Sequence[str]) -> set[str]:

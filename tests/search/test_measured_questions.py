@@ -312,3 +312,10 @@ def test_a_take_that_surely_contradicts_is_contradicted_at_its_place(
     slow = db.search(question, limit=40)
     assert quick.matches == slow.matches
     assert any(match.contradicted for match in slow.matches)
+
+
+def test_a_thing_beside_an_event_does_not_take_its_place(db: motiondb.MotionDB) -> None:
+    plain = {m.capture: (m.start, m.end) for m in db.search("stand up", limit=30).matches}
+    shared = [m for m in db.search("stand up from a chair", limit=5).matches if m.capture in plain]
+    assert shared
+    assert all((m.start, m.end) == plain[m.capture] for m in shared)
