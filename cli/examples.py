@@ -57,6 +57,7 @@ motiondb like ana/walk_1 --from 1 --to 3
 motiondb like take.bvh --by-motion-alone
 motiondb along "0,0 0,2 -1.5,2"
 motiondb along "0,0 0,4" --words "walk slowly" --png along.png
+motiondb rhythm "0 .5 1 1.5 2" --words walk
 motiondb describe ana/walk_1
 motiondb describe ana/walk_1 --gait --png gait.png
 motiondb describe --where 'performer=ana' -o words.csv

@@ -24,7 +24,7 @@ COMMANDS = {
     "learning": ("learn", "demo", "evaluate", "symbols"),
     "quality": ("quality",),
     "curation": ("curate", "coverage", "diff"),
-    "search": ("search", "like", "along", "describe", "compare", "batch"),
+    "search": ("search", "like", "along", "rhythm", "describe", "compare", "batch"),
     "generation": ("generate", "judge", "join"),
     "words": ("words", "events"),
     "keeping": ("check", "rescue", "info", "compact", "knowledge"),

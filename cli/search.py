@@ -1,11 +1,11 @@
-"""Commands search, like, describe, compare and batch."""
+"""Commands search, like, along, rhythm, describe, compare and batch."""
 
 from __future__ import annotations
 
 import csv
 import io
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
@@ -207,16 +207,70 @@ def along(
     The path may lie anywhere and in any direction, and answers be up to .7 or 1.4 times as long. A
     mirror image is another path. A line says if none goes along it.
     """
+    _answer_parts(
+        shared,
+        f"along {path}",
+        lambda base: base.captures.along(path, words, where, limit, exact),
+        (where, exact),
+        _Outputs(png, export, as_csv),
+    )
+
+
+@app.command()
+def rhythm(
+    shared: options.Shared,
+    taps: Annotated[
+        str, options.argument('Times of three or more taps in seconds, such as "0 .5 1 1.5".')
+    ],
+    words: Annotated[str, 'What is done in it, such as "walk".'] = "",
+    where: options.Where = "",
+    limit: options.Limit = 10,
+    exact: options.Exact = False,
+    png: options.Png = None,
+    export: options.ExportFolder = None,
+    as_csv: AsCsv = None,
+) -> None:
+    """Search for intervals whose steps fall at the times of taps.
+
+    The first tap may be at any moment, and steps .8 to 1.25 times as fast. Either foot may begin. A
+    line says if nobody steps in it.
+    """
+    _answer_parts(
+        shared,
+        f"in the rhythm {taps}",
+        lambda base: base.captures.rhythm(taps, words, where, limit, exact),
+        (where, exact),
+        _Outputs(png, export, as_csv),
+    )
+
+
+@dataclass(frozen=True)
+class _Outputs:
+    """The files that answers are written into."""
+
+    png: Path | None
+    export: Path | None
+    as_csv: Path | None
+
+
+def _answer_parts(
+    shared: options.Shared,
+    title: str,
+    ask: Callable[[motiondb.MotionDB], motiondb.ExampleAnswer],
+    among: tuple[str, bool],
+    outputs: _Outputs,
+) -> None:
+    """Ask for parts of captures, and print or write them; ``among``: a filter, whether exact."""
     with shared.database() as base:
-        answer = base.captures.along(path, words, where, limit, exact)
-        printing.note_filter(base, where, exact)
+        answer = ask(base)
+        printing.note_filter(base, *among)
         printing.note_unlearned(base)
-        if png and answer.matches:
-            base.captures.draw_matches(answer, png, f"along {path}")
-        if export:
-            _write_matches(base, answer, export, f"along {path}")
-    if as_csv:
-        _write_csv(answer.matches, as_csv)
+        if outputs.png and answer.matches:
+            base.captures.draw_matches(answer, outputs.png, title)
+        if outputs.export:
+            _write_matches(base, answer, outputs.export, title)
+    if outputs.as_csv:
+        _write_csv(answer.matches, outputs.as_csv)
         return
     if not printing.as_json(shared, motiondb.like_answer(answer)):
         if answer.read_as:

@@ -34,6 +34,7 @@ TOOLS = {
     "search": False,
     "like": False,
     "along": False,
+    "rhythm": False,
     "describe": False,
     "compare": False,
     "judge": False,

@@ -69,6 +69,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "learn": ("learn", "--symbols", "3"),
         "like": ("like", "boris/kick_1", "--png", "like.png"),
         "along": ("along", "0,0 0,2 -1,2", "--words", "walk"),
+        "rhythm": ("rhythm", "0 .5 1 1.5", "--words", "walk", "--limit", "3"),
         "merge": ("merge", "other.duckdb"),
         "quality": ("quality", "ana/walk_1", "--png", "lacks.png", "--boxes", "needs.json"),
         "remove": ("remove", "ana/bow_1", "boris/kick_1"),
