@@ -40,7 +40,15 @@ from motiondb.learn.recognition import (
 )
 from motiondb.meaning.counting import capture_rows, join_tables, take_rows
 from motiondb.meaning.word_evidence import WhenAsked
-from motiondb.records import MOTION_FPS, Float32Array, FloatArray, IntArray, Motion, Relation, SegmentTable
+from motiondb.records import (
+    MOTION_FPS,
+    Float32Array,
+    FloatArray,
+    IntArray,
+    Motion,
+    Relation,
+    SegmentTable,
+)
 from motiondb.workers import HERE, Workers, is_array, runs, trusted
 
 if TYPE_CHECKING:

@@ -23,7 +23,8 @@ from motiondb.page.settings import BUNDLE, NO_BUNDLE, VERSION, PageSettings, bun
 from motiondb.page.state import Page
 
 _ROUTERS = (
-    *(catalogue.router, catalogue.change_router, asking.router, asking.making_router),
+    *(catalogue.router, catalogue.change_router),
+    *(asking.router, asking.symbols_router, asking.making_router),
     *(files.motion_router, grammars.router, boards.router, boards.scene_router),
     *(files.router, jobs.router),
 )

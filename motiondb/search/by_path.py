@@ -151,9 +151,7 @@ def points_of(text: str) -> list[tuple[float, float]]:
     return points
 
 
-def parts_along(
-    ways: Ways, line: NDArray[np.complex128], allowed: Collection[int]
-) -> list[Part]:
+def parts_along(ways: Ways, line: NDArray[np.complex128], allowed: Collection[int]) -> list[Part]:
     """The part of each capture that goes along a line best; `line`: As ``read_path`` gives it."""
     return [
         Part(

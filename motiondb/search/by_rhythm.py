@@ -16,8 +16,8 @@ The sum is the distance between two rows of instants of Victor and Purpura, "Nat
 temporal coding in visual cortex: a metric-space analysis", Journal of Neurophysiology 76, 1996,
 with 1/q = ``GAP``. For example, taps at 0, .5 and 1.2 s are .1 s off steps at 3, 3.6 and 4.2 s.
 
-Which foot steps does not matter; steps are those of :func:`motiondb.body.gait.step_times`: who lifts
-the feet in place makes none.
+Which foot steps does not matter; steps are those of :func:`motiondb.body.gait.step_times`: who
+lifts the feet in place makes none.
 """
 
 from __future__ import annotations
@@ -91,10 +91,8 @@ def parts_in(
     owners = np.repeat(np.arange(len(numbers)), [len(steps[number]) for number in numbers])
     # captures one behind the other, so far apart that no part goes from one to the next
     line = times + owners * (times.max(initial=0.0) + SLOWEST * taps[-1] + 1.0)
-    low, high = (
-        np.searchsorted(line, line + taps[-1] * size, side=side)
-        for size, side in ((1.0 / SLOWEST - 1e-9, "left"), (SLOWEST + 1e-9, "right"))
-    )
+    low = np.searchsorted(line, line + taps[-1] * (1.0 / SLOWEST - 1e-9))
+    high = np.searchsorted(line, line + taps[-1] * (SLOWEST + 1e-9))
     first = np.repeat(np.arange(len(line)), high - low)
     nth = np.arange(len(first)) - np.repeat(np.cumsum(high - low) - (high - low), high - low)
     last = low[first] + nth

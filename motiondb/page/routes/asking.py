@@ -206,6 +206,13 @@ def router(page: Page) -> APIRouter:
                 words = answers.words_over_time(db.describe(motion))
         return DescribeReply(ref, round(motion.duration, 3), words)
 
+    return routes
+
+
+def symbols_router(page: Page) -> APIRouter:
+    """Return the routes of motion symbols."""
+    routes = APIRouter(tags=["ask"], responses=ERRORS)
+
     @routes.get("/api/symbols")
     def symbols() -> SpaceReply:
         """The symbol space: coordinates, clusters, and the words of every symbol."""
