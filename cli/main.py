@@ -20,6 +20,7 @@ from motiondb.cli import options, printing
 COMMANDS = {
     "cataloguing": ("add", "show", "export", "joints", "fetch"),
     "listing": ("list", "sql"),
+    "selections": ("selections",),
     "archive": ("remove", "undo", "rename", "merge", "backup", "tags"),
     "learning": ("learn", "demo", "evaluate", "symbols"),
     "quality": ("quality",),

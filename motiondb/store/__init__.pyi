@@ -195,6 +195,21 @@ from .catalogue.runs import (
 from .catalogue.runs import (
     start_run as start_run,
 )
+from .catalogue.selections import (
+    MARKS as MARKS,
+)
+from .catalogue.selections import (
+    SELECTION as SELECTION,
+)
+from .catalogue.selections import (
+    Span as Span,
+)
+from .catalogue.selections import (
+    read_selections as read_selections,
+)
+from .catalogue.selections import (
+    write_selections as write_selections,
+)
 from .catalogue.sources import (
     fill_in as fill_in,
 )
