@@ -31,17 +31,14 @@ export function askSelection(context: Context, items: readonly Part[], what: str
     required: true,
     maxlength: 100,
     placeholder: "fight day 2",
-    list: "selection-names",
     autocomplete: "off",
   });
-  const known = h("datalist", { id: "selection-names" });
-  const chips = h("div", { class: "row" });
+  const known = h("div", { class: "row known-selections" });
   const content = [
     h("p", { class: "muted" }, what),
     h("label", { for: "selection-name" }, "Name of the selection, an old or a new one"),
     name,
     known,
-    chips,
   ];
   openForm("Add to a selection", content, "Add", async () => {
     const wanted = name.value.trim();
@@ -55,11 +52,7 @@ export function askSelection(context: Context, items: readonly Part[], what: str
     .then(({ selections }) => {
       fill(
         known,
-        selections.map((one) => h("option", { value: one.selection })),
-      );
-      fill(
-        chips,
-        selections.slice(0, 8).map((one) =>
+        selections.map((one) =>
           button("plain", one.selection, () => void (name.value = one.selection), {
             title: plural(one.parts, "part"),
           }),
