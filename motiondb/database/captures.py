@@ -318,7 +318,7 @@ class Captures(Topic):
                         f"{value[:60]!r}."
                     )
             every = [(i, {k: v for k, v in {**i.tags, **given}.items() if v}) for i in infos]
-            return save_changed_tags(self.session, given, every)
+            return store.change_tags(self.store, given, every)
 
     def save_generated(self, name: str, words: str, made: Made, seed: int) -> records.CaptureInfo:
         """Keep a generated motion as a capture, with the origin of every frame."""
@@ -572,28 +572,6 @@ class Captures(Topic):
             motion = self._motion(best.capture)
         figure = pictures.strip_figure(motion, f"{title}: {best.capture}", timelines)
         return pictures.save_png(figure, path)
-
-
-def save_changed_tags(
-    session: Session,
-    given: Mapping[str, str],
-    every: Iterable[tuple[records.CaptureInfo, Mapping[str, str]]],
-) -> list[str]:
-    """Save the tags of captures, where they are others, in a run; in a transaction.
-
-    `given`: What the run says of it.
-    """
-    changed = [(info, tags) for info, tags in every if tags != info.tags]
-    if changed:
-        parameters = {"tags": dict(given), "captures": len(changed)}
-        numbers = [info.capture_id for info, _ in changed]
-        with (
-            store.running(session.store, "tags", parameters) as run_id,
-            store.noting_edits(session.store, run_id, numbers),
-        ):
-            for info, tags in changed:
-                store.save_tags(session.store, info.capture_id, tags)
-    return [info.name for info, _ in changed]
 
 
 def chosen(session: Session, names: Iterable[str], where: Where) -> list[records.CaptureInfo]:

@@ -139,7 +139,7 @@ class Selections(Topic):
         change: Callable[[frozenset[Span], frozenset[Span]], frozenset[Span]],
     ) -> list[str]:
         """Change the parts of captures that a selection holds, by a function of old and new."""
-        from motiondb.database.captures import chosen, save_changed_tags
+        from motiondb.database.captures import chosen
 
         given = [_part(each) for each in listed("parts", parts)]
         with store.transaction(self.store):
@@ -155,7 +155,7 @@ class Selections(Topic):
                 held[name] = change(held.get(name, frozenset()), new)
                 tags = {**info.tags, SELECTION: store.write_selections(held)}
                 changed.append((info, {key: value for key, value in tags.items() if value}))
-            return save_changed_tags(self.session, {SELECTION: name}, changed)
+            return store.change_tags(self.store, {SELECTION: name}, changed)
 
     def _check_known(self, name: str, infos: Sequence[CaptureInfo]) -> None:
         known = {each for info in infos for each in _selections_of(info)}

@@ -115,6 +115,9 @@ from .catalogue.edits import (
     Edit as Edit,
 )
 from .catalogue.edits import (
+    change_tags as change_tags,
+)
+from .catalogue.edits import (
     find_undoable as find_undoable,
 )
 from .catalogue.edits import (
