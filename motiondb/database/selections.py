@@ -86,17 +86,17 @@ class Selections(Topic):
         Returns the captures with something new.
         """
         name = _checked(name)
-        return self._change(name, parts, where, lambda spans, new: spans | new)
+        return self._change(name, parts, where, lambda spans, new, _whole: spans | new)
 
     def take(self, name: str, parts: Iterable[Part] = (), where: Where = "") -> list[str]:
-        """Take parts out of a selection; of a capture without times, all of its parts.
+        """Take parts out of a selection; of a capture without times, all that it holds of it.
 
         Returns the captures that have changed. The last part that is taken takes the selection.
         """
         with self.session.reading():
             self._check_known(name, store.load_captures(self.store))
         return self._change(
-            name, parts, where, lambda spans, old: frozenset() if None in old else spans - old
+            name, parts, where, lambda spans, old, whole: frozenset() if whole else spans - old
         )
 
     def remove(self, name: str) -> list[str]:
@@ -136,23 +136,30 @@ class Selections(Topic):
         name: str,
         parts: Iterable[Part],
         where: Where,
-        change: Callable[[frozenset[Span], frozenset[Span]], frozenset[Span]],
+        change: Callable[[frozenset[Span], frozenset[Span], bool], frozenset[Span]],
     ) -> list[str]:
-        """Change the parts of captures that a selection holds, by a function of old and new."""
+        """Change the parts of captures that a selection holds.
+
+        `change`: Of those that it holds of a capture, those that are given, and whether the capture
+        is given without times.
+        """
         from motiondb.database.captures import chosen
 
         given = [_part(each) for each in listed("parts", parts)]
         with store.transaction(self.store):
             infos = chosen(self.session, (capture for capture, _, _ in given), where)
-            named = dict[int, set[Span]]()
+            named, timed = dict[int, set[Span]](), dict[int, bool]()
             for capture, start, end in given:
                 (info,) = store.load_named(self.store, [capture])
-                named.setdefault(info.capture_id, set()).add(_span(info, start, end))
+                number, has_times = info.capture_id, start is not None or end is not None
+                named.setdefault(number, set()).add(_span(info, start, end))
+                timed[number] = timed.get(number, True) and has_times
             changed = []
             for info in infos:
                 held = _selections_of(info)
                 new = frozenset(named.get(info.capture_id, {None}))
-                held[name] = change(held.get(name, frozenset()), new)
+                whole = not timed.get(info.capture_id, False)
+                held[name] = change(held.get(name, frozenset()), new, whole)
                 tags = {**info.tags, SELECTION: store.write_selections(held)}
                 changed.append((info, {key: value for key, value in tags.items() if value}))
             return store.change_tags(self.store, {SELECTION: name}, changed)
@@ -207,4 +214,5 @@ def _span(info: CaptureInfo, start: float | None, end: float | None) -> Span:
     low, high = round(start or 0.0, 3), round(info.duration if end is None else end, 3)
     if not 0.0 <= low < high <= info.duration + 0.5:
         raise QueryError(f"{info.name}: {outside(info.duration, start, end)}")
-    return low, min(high, round(info.duration, 3))
+    until = round(info.duration, 3)
+    return None if low == 0.0 and high >= until else (low, min(high, until))

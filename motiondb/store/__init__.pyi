@@ -208,6 +208,9 @@ from .catalogue.selections import (
     Span as Span,
 )
 from .catalogue.selections import (
+    join_selections as join_selections,
+)
+from .catalogue.selections import (
     read_selections as read_selections,
 )
 from .catalogue.selections import (

@@ -73,6 +73,11 @@ def test_parts_are_kept_taken_and_taken_back(base: MotionDB) -> None:
     assert [row.selection for row in base.selections()] == ["warm up"]
     base.undo()
     assert len(base.selections.show("fight day 2")) == 2
+    (info,) = base.captures("name=boris/kick_1")
+    base.selections.add("fight day 2", [("boris/kick_1", 0.0, info.duration)])
+    assert base.selections.show("fight day 2")[1].whole
+    base.selections.take("fight day 2", [("boris/kick_1", 0.0, info.duration)])  # this one alone
+    assert [part.start for part in base.selections.show("fight day 2")] == [0.0, 0.5]
     assert base.check() == []
 
 
@@ -86,6 +91,19 @@ def test_a_selection_is_another_files_when_it_is_opened_again(tmp_path: Path, so
     with motiondb.open(tmp_path / "other.duckdb") as db:  # a sheet holds selections, too
         db.add(some, words=tmp_path / "sheet.tsv")
         assert [part.capture for part in db.selections.show("kept")] == names(db, "name~jump")
+
+
+def test_a_merge_joins_selections(base: MotionDB, tmp_path: Path, some: Path) -> None:
+    base.selections.add("a", ["ana/jump_1:0-1"])
+    with motiondb.open(tmp_path / "other.duckdb") as other:
+        other.add(some)
+        other.selections.add("a", ["ana/jump_1:1-1.5", "boris/kick_1"])
+        other.selections.add("b", ["ana/jump_1"])
+    base.merge(tmp_path / "other.duckdb")
+    assert [(part.capture, part.start) for part in base.selections.show("a")] == [
+        ("ana/jump_1", 0.0), ("ana/jump_1", 1.0), ("boris/kick_1", 0.0),
+    ]  # fmt: skip
+    assert base.selections.show("b")[0].whole
 
 
 def test_what_is_no_selection_is_refused(base: MotionDB) -> None:

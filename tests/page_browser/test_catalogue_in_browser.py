@@ -8,7 +8,7 @@ import re
 import zipfile
 from urllib.parse import urlparse
 
-from page_tools import drag_on, drop_files, pixels, wait_for, wait_for_figure
+from page_tools import AXE, drag_on, drop_files, pixels, serious, wait_for, wait_for_figure
 
 import motiondb
 
@@ -425,6 +425,7 @@ def test_captures_and_answers_are_kept_in_a_selection(serve_copy, new_page):
     kept.get_by_text("2 parts of 2 captures").wait_for()  # open, as it is the only one
     kept.locator(".selected-part").nth(1).get_by_text(re.compile(r"\d–\d")).wait_for()
     assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert not AXE.is_file() or serious(page) == []
     kept.get_by_text("Download").click()
     with page.expect_download() as download:
         kept.get_by_role("button", name="Download as glTF").click()

@@ -68,5 +68,17 @@ def write_selections(selections: Mapping[str, Iterable[Span]]) -> str:
     return "; ".join(written)
 
 
+def join_selections(first: str, second: str) -> str:
+    """The value of the tag of a capture that is in all selections of two values.
+
+    >>> join_selections("fight; warm up [0-1]", "warm up [2-3]")
+    'fight; warm up [0-1 2-3]'
+    """
+    held, more = read_selections(first), read_selections(second)
+    names = dict.fromkeys((*held, *more))
+    nothing = frozenset[Span]()
+    return write_selections({n: held.get(n, nothing) | more.get(n, nothing) for n in names})
+
+
 def _text(seconds: float) -> str:
     return f"{seconds:.3f}".rstrip("0").rstrip(".")

@@ -54,12 +54,11 @@ export function makeSelections(context: Context): Selections {
     const [start, end] = [part.start, part.end];
     const when = whole ? "whole" : interval(start, end);
     const place = whole ? {} : { start: start.toFixed(3), end: end.toFixed(3) };
-    const item = whole ? { ref } : { ref, start, end };
     const take = (): void =>
       void change(
         name,
         `${capture} is taken out of “${name}”.`,
-        post<CapturesChanged>("/api/selection/take", { name, items: [item] }),
+        post<CapturesChanged>("/api/selection/take", { name, items: [{ ref, start, end }] }),
       );
     return h(
       "li",
