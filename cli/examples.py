@@ -57,6 +57,14 @@ motiondb like ana/walk_1 --from 1 --to 3
 motiondb like take.bvh --by-motion-alone
 motiondb along "0,0 0,2 -1.5,2"
 motiondb along "0,0 0,4" --words "walk slowly" --png along.png
+motiondb rhythm "0 .5 1 1.5 2" --words walk
+motiondb selections add "fight day 2" ana/kick_1 boris/kick_1:0.5-1.5
+motiondb selections add "fight day 2" --search kick --limit 3
+motiondb selections
+motiondb selections show "fight day 2"
+motiondb selections take "fight day 2" boris/kick_1:0.5-1.5
+motiondb selections remove "fight day 2"
+motiondb selections export "fight day 2" -o pack --as glb
 motiondb describe ana/walk_1
 motiondb describe ana/walk_1 --gait --png gait.png
 motiondb describe --where 'performer=ana' -o words.csv

@@ -127,6 +127,7 @@ from .database.scenes.scenes import (
 from .database.scenes.scenes import (
     Scenes as Scenes,
 )
+from .database.selections import Selections as Selections
 from .database.tables import (
     Tables as Tables,
 )

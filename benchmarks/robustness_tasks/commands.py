@@ -15,9 +15,12 @@ from pathlib import Path
 from subprocess import PIPE, Popen
 from types import MappingProxyType
 
+import motiondb
 from robustness_tasks.databases import GRAMMAR, SAMPLES, copy_captures
 
 DB = "motions.duckdb"
+KEPT = "kept"
+"""The selection that commands change; it is made when the folder is prepared."""
 SITE = "SITE"
 """Stands for the address of the site that ``fetch cmu`` downloads from."""
 MARK = ("words", "set", "ana/jump_1", "a marked jump", "--db", DB)
@@ -69,6 +72,7 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "learn": ("learn", "--symbols", "3"),
         "like": ("like", "boris/kick_1", "--png", "like.png"),
         "along": ("along", "0,0 0,2 -1,2", "--words", "walk"),
+        "rhythm": ("rhythm", "0 .5 1 1.5", "--words", "walk", "--limit", "3"),
         "merge": ("merge", "other.duckdb"),
         "quality": ("quality", "ana/walk_1", "--png", "lacks.png", "--boxes", "needs.json"),
         "remove": ("remove", "ana/bow_1", "boris/kick_1"),
@@ -89,6 +93,10 @@ COMMANDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "--seed", "2",
         ),
         "search": ("search", "walk", "--png", "hits.png"),
+        "selections add": ("selections", "add", KEPT, "ana/walk_1:0-1", "boris/kick_1"),
+        "selections export": ("selections", "export", KEPT, "-o", "pack"),
+        "selections remove": ("selections", "remove", KEPT),
+        "selections take": ("selections", "take", KEPT, "ana/bow_1"),
         "show": ("show", "ana/walk_1", "--png", "shown.png"),
         "symbols": ("symbols", "--png", "symbols.png"),
         "tags set": ("tags", "set", "ana/bow_1", "mood=calm"),
@@ -120,6 +128,7 @@ ASKING: Mapping[str, tuple[str, ...]] = MappingProxyType(
         "scene suggest": ("scene", "suggest", "basketball", "hold"),
         "sql": ("sql", "SELECT 1"),
         "scene validate": ("scene", "validate", "basketball", "hold pass run catch layup"),
+        "selections show": ("selections", "show", KEPT),
         "words history": ("words", "history", "ana/bow_1"),
     }
 )
@@ -154,6 +163,8 @@ def prepare(base: Path, database: Path) -> None:
     """Make a folder with the database and everything that commands read."""
     base.mkdir()
     shutil.copy(database, base / DB)
+    with motiondb.open(base / DB) as db:
+        db.selections.add(KEPT, ["ana/bow_1", "ana/jump_1:0-1"])
     if Path(f"{database}.cache").is_dir():
         shutil.copytree(f"{database}.cache", base / f"{DB}.cache")
     names = ("ana/wave_1", "boris/punch_1", "dora/idle_1", "emil/jump_1", "fatou/run_1")

@@ -194,7 +194,7 @@ def _do(place: Path, *commands_in_turn: tuple[str, ...]) -> None:
 def _further(kind: str, place: Path) -> list[tuple[str, ...]]:
     """The commands that follow: another change, and the same files once more."""
     again = commands.again_of(kind)
-    new = {"rescue": "rescued.duckdb", "curate": "chosen"}.get(kind)
+    new = {"rescue": "rescued.duckdb", "curate": "chosen", "selections export": "pack"}.get(kind)
     if new is not None and (place / new).exists():
         again = ()  # it writes new files and folders only
     return [NEXT, again] if again else [NEXT]

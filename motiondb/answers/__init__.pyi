@@ -34,6 +34,9 @@ from .catalogue import (
     MatchFile as MatchFile,
 )
 from .catalogue import (
+    PackWritten as PackWritten,
+)
+from .catalogue import (
     PerformerRate as PerformerRate,
 )
 from .catalogue import (
@@ -41,6 +44,15 @@ from .catalogue import (
 )
 from .catalogue import (
     SameFile as SameFile,
+)
+from .catalogue import (
+    SelectedPart as SelectedPart,
+)
+from .catalogue import (
+    SelectionChanged as SelectionChanged,
+)
+from .catalogue import (
+    SelectionRow as SelectionRow,
 )
 from .catalogue import (
     SheetWritten as SheetWritten,

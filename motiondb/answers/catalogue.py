@@ -186,6 +186,52 @@ class QualityAnswer:
 
 
 @dataclass(frozen=True)
+class SelectionRow:
+    """A selection, with its number of captures, of parts of them, and of seconds."""
+
+    selection: str
+    captures: int
+    parts: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class SelectedPart:
+    """What a selection holds of a capture; times in seconds."""
+
+    interval: int  # Number, from 1, by capture and time
+    capture: str
+    start: float
+    end: float
+    whole: bool  # Whether it is all of the capture
+    kind: str  # "captured" or "generated"
+    performer: str
+    licence: str
+    source: str  # Path of the capture's file when it was added
+    sha256: str  # Of that file
+    made_of: tuple[str, ...]  # Of generated motion: captures with their licences
+    file: str  # Name in the folder; "" where none was written
+
+
+@dataclass(frozen=True)
+class SelectionChanged:
+    """The captures of which a selection holds something else than before."""
+
+    selection: str
+    captures: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PackWritten:
+    """A selection that was written into a folder."""
+
+    selection: str
+    folder: Path
+    motions: int
+    licences: tuple[str, ...]
+
+
+@dataclass(frozen=True)
 class TagRow:
     """A tag, with its number of captures and of different values."""
 

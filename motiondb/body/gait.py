@@ -36,6 +36,7 @@ _STRAIGHT = 0.5  # Of the way of the foot in a swing, its two ends are so far ap
 _NEIGHBOUR = 1.0  # Seconds between two swings of one walk
 _STRIDE = 1.5  # Seconds on each side within which speeds of swings are alike
 _PUSH = 0.1  # Seconds before and after the toe moves in which the ankle rises fastest
+_TOGETHER = 0.08  # Seconds up to which both feet land at once
 _STANDS = 0.5  # Of the leg that the pelvis is above the lower ankle: who sits does not step
 _BELT, _STAYS = 0.3, 0.3
 """Metres a second of a treadmill, and of its speed that of the pelvis over the take."""
@@ -152,6 +153,16 @@ def foot_events(points: FloatArray, fps: float) -> list[FootEvent]:
                 times = ((swing.off, OFF), (swing.strike, STRIKE))
                 found += [FootEvent(t / fps, side, n) for t, n in times if np.isfinite(t)]
     return sorted(found)
+
+
+def step_times(points: FloatArray, fps: float) -> FloatArray:
+    """The times at which feet strike, seconds; both feet at once are one step.
+
+    `points`: as of :func:`over_ground`.
+    """
+    times = sorted(e.seconds for e in foot_events(points, fps) if e.name == STRIKE)
+    apart = np.diff(times, prepend=-np.inf)
+    return np.array(times)[apart > _TOGETHER]
 
 
 def gait_cycles(

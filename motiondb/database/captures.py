@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -30,7 +29,6 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.store import Provenance
 
 _SHOWN_COLUMNS = ("name", "duration", "fps", "format", "tags")  # Of a list of captures
-_UNUSUAL = re.compile(r"[^\w.-]+")  # Characters that names of files of matches do not have
 _SHOWN = 8  # Most matches in a picture: more would be too small on a screen
 _LEAST_SHARE = 0.005  # Nats from which on a contribution is drawn: smaller ones round to 0.00
 
@@ -320,17 +318,7 @@ class Captures(Topic):
                         f"{value[:60]!r}."
                     )
             every = [(i, {k: v for k, v in {**i.tags, **given}.items() if v}) for i in infos]
-            changed = [(info, merged) for info, merged in every if merged != info.tags]
-            if changed:
-                parameters = {"tags": dict(given), "captures": len(changed)}
-                numbers = [info.capture_id for info, _ in changed]
-                with (
-                    store.running(self.store, "tags", parameters) as run_id,
-                    store.noting_edits(self.store, run_id, numbers),
-                ):
-                    for info, merged in changed:
-                        store.save_tags(self.store, info.capture_id, merged)
-        return [info.name for info, _ in changed]
+            return store.change_tags(self.store, given, every)
 
     def save_generated(self, name: str, words: str, made: Made, seed: int) -> records.CaptureInfo:
         """Keep a generated motion as a capture, with the origin of every frame."""
@@ -440,25 +428,8 @@ class Captures(Topic):
         The folder is made if there is none. ``question`` is what was asked, for the files beside.
         """
         from motiondb.database.catalogue import exporting
-        from motiondb.files.own_files import check_overwriting, provenance_path
 
-        folder = Path(folder)
-        try:
-            folder.mkdir(exist_ok=True)
-        except OSError as error:
-            raise QueryError(
-                f"{folder}: expected a folder that can be made, found: {error.strerror}. Name "
-                "another."
-            ) from None
-        paths = [folder / f"{_file_name(match)}.bvh" for match in answer.matches]
-        for path in paths:  # before any is written
-            check_overwriting(path)
-            check_overwriting(provenance_path(path))
-        with self.session.reading():
-            return [
-                exporting.write_match(self.session, *each, question)
-                for each in zip(answer.matches, paths)
-            ]
+        return exporting.write_matches(self.session, answer.matches, Path(folder), question)
 
     def along(
         self,
@@ -478,6 +449,25 @@ class Captures(Topic):
         with self.session.reading():
             allowed = searching.allowed_captures(self.session, where, exact)
             return searching.answer_path(self.session, path, words, allowed, limit, exact)
+
+    def rhythm(
+        self,
+        taps: str | Sequence[float],
+        words: str = "",
+        where: Where = "",
+        limit: int = 10,
+        exact: bool = False,
+    ) -> ExampleAnswer:
+        """Find the intervals whose steps fall at tapped times, best first.
+
+        `taps`: Seconds ("0 .5 1 1.5"); the first may be at any moment, and steps .8 to 1.25 times
+        as fast. `words`: What is done in this rhythm, such as "walk".
+        """
+        from motiondb.database import searching
+
+        with self.session.reading():
+            allowed = searching.allowed_captures(self.session, where, exact)
+            return searching.answer_rhythm(self.session, taps, words, allowed, limit, exact)
 
     def draw_matches(
         self,
@@ -590,9 +580,3 @@ def chosen(session: Session, names: Iterable[str], where: Where) -> list[records
     where = session.filter(where)
     infos += store.load_captures(session.store, where) if where.strip() else []
     return list({info.capture_id: info for info in infos}.values())
-
-
-def _file_name(match: records.Match) -> str:
-    """The name of a file: rank, capture and interval."""
-    plain = _UNUSUAL.sub("-", match.capture.replace("/", "-"))[:100]
-    return f"{match.rank:03d}_{plain}_{match.start:.2f}-{match.end:.2f}"

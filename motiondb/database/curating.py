@@ -8,10 +8,9 @@ choice (:mod:`motiondb.curate.covering`), each split on its own.
 
 from __future__ import annotations
 
-import json
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, fields, replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,12 +20,10 @@ import numpy as np
 from motiondb import answers, store
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, recognition_features
 from motiondb.curate import covering, pieces
-from motiondb.database.catalogue import assessing, exporting
-from motiondb.database.catalogue.parts import check_new_folder, write_bytes
+from motiondb.database.catalogue import assessing, exporting, packs
+from motiondb.database.catalogue.parts import check_new_folder
 from motiondb.database.values import seeded
 from motiondb.errors import NotLearnedError, QueryError
-from motiondb.files.own_files import WRITER
-from motiondb.files.sheet_writer import write_table
 from motiondb.files.whole_folders import whole_folder
 from motiondb.language.vocabulary import words_of
 from motiondb.learn.learned import performers_of
@@ -420,38 +417,11 @@ def _write(
 ) -> answers.CurateAnswer:
     """Write intervals and manifest into a draft that becomes the folder when it is complete."""
     with whole_folder(folder, check_new_folder) as draft:
-        done, order = {}, sorted(answer.intervals, key=lambda each: each.capture)
-        for count, each in enumerate(order):
-            tell("writing", count, len(order))
-            done[each.interval] = _export(session, each, asked, draft)
-        intervals = tuple(replace(e, file=done[e.interval]) for e in answer.intervals)
+        intervals = packs.write_motions(
+            session, answer.intervals, draft, asked.ending, asked.changes, tell
+        )
         answer = replace(answer, intervals=intervals, folder=folder)
-        _write_manifest(answer, asked, draft)
+        told = {"settings": asdict(asked), **answers.to_json(answer)}
+        told.pop("folder", None)
+        packs.write_manifest(intervals, told, draft)
     return answer
-
-
-def _export(
-    session: Session, each: answers.ChosenInterval, asked: CurateSettings, draft: Path
-) -> str:
-    """Write an interval; its name below the folder."""
-    within = draft if each.split == "all" else draft / each.split
-    within.mkdir(exist_ok=True)
-    plain = "".join(c if c.isalnum() or c in "-_." else "-" for c in each.capture)[:80]
-    path = within / f"{each.interval:05d}_{plain}.{asked.ending}"
-    exporting.export(session, each.capture, path, each.start, each.end, changes=asked.changes)
-    return path.relative_to(draft).as_posix()
-
-
-def _write_manifest(answer: answers.CurateAnswer, asked: CurateSettings, folder: Path) -> None:
-    def cell(value: object) -> str:
-        if isinstance(value, tuple):
-            return " ".join(map(str, value))
-        return "" if value is None else str(value)
-
-    columns = [f.name for f in fields(answers.ChosenInterval)]
-    rows = [[cell(getattr(each, name)) for name in columns] for each in answer.intervals]
-    write_table(folder / "manifest.csv", columns, rows)
-    settings: Mapping[str, object] = asdict(asked)
-    told = {"written_by": WRITER, "settings": settings, **answers.to_json(answer)}
-    told.pop("folder", None)
-    write_bytes(folder / "manifest.json", json.dumps(answers.to_json(told), indent=1).encode())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,7 @@ from motiondb.database.session import Topic
 
 if TYPE_CHECKING:
     from motiondb.database.curating import CurateSettings
+    from motiondb.database.selections import Selections
     from motiondb.database.values import Where
     from motiondb.records import CaptureInfo
 
@@ -19,6 +21,13 @@ if TYPE_CHECKING:
 
 class Library(Topic):
     """The verbs of a whole library, which :class:`MotionDB` has."""
+
+    @cached_property
+    def selections(self) -> Selections:
+        """The verbs of selections: list (``db.selections()``), show, add, take, remove, export."""
+        from motiondb.database.selections import Selections
+
+        return Selections(self.session)
 
     def curate(
         self,

@@ -40,7 +40,15 @@ from motiondb.learn.recognition import (
 )
 from motiondb.meaning.counting import capture_rows, join_tables, take_rows
 from motiondb.meaning.word_evidence import WhenAsked
-from motiondb.records import MOTION_FPS, Float32Array, IntArray, Motion, Relation, SegmentTable
+from motiondb.records import (
+    MOTION_FPS,
+    Float32Array,
+    FloatArray,
+    IntArray,
+    Motion,
+    Relation,
+    SegmentTable,
+)
 from motiondb.workers import HERE, Workers, is_array, runs, trusted
 
 if TYPE_CHECKING:
@@ -300,6 +308,28 @@ def nearby_table() -> NearbyTable:
     """The table that is shipped with motiondb; read once."""
     file = resources.files("motiondb.language.nearby").joinpath(TABLE)
     return read_table(file.read_bytes(), TABLE)
+
+
+STEPS = "steps"  # Name of the times of all steps in the cache of the database
+
+
+def load_steps(opened: store.Store) -> dict[int, FloatArray]:
+    """The times at which feet strike: number of the capture -> seconds."""
+    held = store.cached_rows(opened, STEPS, _make_steps)
+    times = held.rows[:].astype(np.float64).ravel() if len(held.rows) else np.zeros(0)
+    parts = np.split(times, held.bounds[1:-1])
+    return dict(zip(held.capture_ids.tolist(), parts))
+
+
+def _make_steps(motions: Sequence[Motion]) -> list[tuple[Float32Array, float]]:
+    """The times of the steps of some motions (steps, 1), in their order."""
+    from motiondb.body import gait  # whoever asks for words does without
+
+    made = []
+    for motion in motions:
+        points, _ = gait.over_ground(motion.joint_positions(), MOTION_FPS)
+        made.append((gait.step_times(points, MOTION_FPS)[:, None].astype(np.float32), 0.0))
+    return made
 
 
 OUTLINES = "outlines"  # Name of the outlines of all captures in the cache of the database

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import answers, store
-from motiondb.body.features import FEATURE_FPS
+from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
 from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.loading import nearby_table
 from motiondb.database.session import Session
@@ -30,10 +30,11 @@ from motiondb.symbols.hmm_jobs import one_blas_thread
 if TYPE_CHECKING:
     from motiondb.database.values import Example
     from motiondb.search.by_example import ExampleAnswer
+    from motiondb.search.nearest_parts import Shown
 
 MOST_SHOWN, UNSURE = 1000, 30
-"""Answers to words that are looked at along a path; and those of which none has a probability."""
-AROUND = 45  # Feature frames (3 s) around the interval of an answer in which the path may lie
+"""Answers to words that are looked at beside a path; and those of which none has a probability."""
+AROUND = 45  # Feature frames (3 s) around the interval of an answer in which path or rhythm may lie
 
 
 def answer_words(
@@ -84,34 +85,77 @@ def answer_path(
     exact: bool,
 ) -> ExampleAnswer:
     """The intervals that travel along a path; with words, where captures show these."""
-    from motiondb.search.by_path import Ways, points_of, read_path, search_path
+    from motiondb.search.by_path import MOST_ALONG, Ways, parts_along, points_of, read_path
+    from motiondb.search.nearest_parts import answer_parts
 
     check_least("limit", limit, 1)
-    check_text("words", words)
     line = read_path(points_of(path) if isinstance(path, str) else path)
     learned, pool = session.searchable, session.pool
-    if not words.strip():
+    shown, read_as = _where_shown(session, words, allowed, exact)
+    if shown is None:
         every = sorted(learned.rows)
         ways = session.kept("ways", lambda: Ways.of({c: pool.of_capture(c) for c in every}))
-        return search_path(learned, ways, line, allowed, limit)
-    number = {info.name: capture for capture, info in learned.captures.items()}
-    said, firsts = dict[int, tuple[str, int, int]](), dict[int, int]()
-    rows = dict[int, Float32Array]()
-    shown = answer_words(session, words, allowed, MOST_SHOWN, exact)
-    for match in _shown(shown.matches):
-        capture = number[match.capture]
-        start, end = round(FEATURE_FPS * match.start), round(FEATURE_FPS * match.end)
-        sure = "" if match.probability is None else f" {match.probability:.2f}"
-        said[capture] = f"{say(shown.question.tree)}{sure}", start, end
+        return answer_parts(learned, parts_along(ways, line, allowed), MOST_ALONG, limit)
+    rows, firsts = dict[int, Float32Array](), dict[int, int]()
+    for capture, where in shown.items():
+        start, end = (round(each / FEATURE_STEP) for each in (where.start, where.end))
         firsts[capture] = max(start - AROUND, 0)
         rows[capture] = pool.of_capture(capture)[firsts[capture] : end + AROUND]
-    found = search_path(learned, Ways.of(rows, firsts), line, list(rows), limit, said)
-    left = (f"{each.text!r} is not used: {each.reason}" for each in shown.not_used)
-    read_as = filter(None, (shown.not_understood, shown.understood, *shown.remarks, *left))
-    return replace(found, read_as="; ".join(read_as))
+    parts = parts_along(Ways.of(rows, firsts), line, list(rows))
+    return replace(answer_parts(learned, parts, MOST_ALONG, limit, shown), read_as=read_as)
 
 
-def _shown(matches: Sequence[Match]) -> Sequence[Match]:
+def answer_rhythm(
+    session: Session,
+    taps: str | Sequence[float],
+    words: str,
+    allowed: Sequence[int],
+    limit: int,
+    exact: bool,
+) -> ExampleAnswer:
+    """The intervals whose steps fall at taps; with words, where captures show these."""
+    from motiondb.database.loading import load_steps
+    from motiondb.search.by_rhythm import MOST_OFF, parts_in, read_rhythm
+    from motiondb.search.nearest_parts import answer_parts
+
+    check_least("limit", limit, 1)
+    rhythm, learned = read_rhythm(taps), session.searchable
+    shown, read_as = _where_shown(session, words, allowed, exact)
+    steps = session.kept("steps", lambda: load_steps(session.store))
+    if shown is not None:
+        around = AROUND / FEATURE_FPS
+        spans = {c: (w.start / MOTION_FPS, w.end / MOTION_FPS) for c, w in shown.items()}
+        steps = {
+            c: steps[c][(steps[c] >= start - around) & (steps[c] <= end + around)]
+            for c, (start, end) in spans.items()
+        }
+    allowed = [c for c in allowed if c in learned.rows] if shown is None else list(shown)
+    answer = answer_parts(learned, parts_in(steps, rhythm, allowed), MOST_OFF, limit, shown)
+    return replace(answer, read_as=read_as)
+
+
+def _where_shown(
+    session: Session, words: str, allowed: Sequence[int], exact: bool
+) -> tuple[dict[int, Shown] | None, str]:
+    """Where captures show words, by their numbers, and how these are read; None without words."""
+    from motiondb.search.nearest_parts import Shown
+
+    check_text("words", words)
+    if not words.strip():
+        return None, ""
+    number = {info.name: capture for capture, info in session.searchable.captures.items()}
+    answer = answer_words(session, words, allowed, MOST_SHOWN, exact)
+    where = dict[int, Shown]()
+    for match in _likely(answer.matches):
+        sure = "" if match.probability is None else f" {match.probability:.2f}"
+        start, end = (round(MOTION_FPS * each) for each in (match.start, match.end))
+        where[number[match.capture]] = Shown(f"{say(answer.question.tree)}{sure}", start, end)
+    left = (f"{each.text!r} is not used: {each.reason}" for each in answer.not_used)
+    told = filter(None, (answer.not_understood, answer.understood, *answer.remarks, *left))
+    return where, "; ".join(told)
+
+
+def _likely(matches: Sequence[Match]) -> Sequence[Match]:
     """The likely answers to words; the first ones, where none has a probability."""
     if all(match.probability is None for match in matches):
         return [match for match in matches if not match.contradicted][:UNSURE]

@@ -7,7 +7,7 @@ import reprlib
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from motiondb.errors import QueryError, suggestion
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 
     Example: TypeAlias = str | Path | Clip | Motion
 
+T = TypeVar("T")
 Where: TypeAlias = str | Iterable[str]
 """A filter on the catalogue, or the names of captures."""
 
@@ -39,8 +40,8 @@ def check_text(name: str, value: object) -> None:
         raise QueryError(f"{name}: expected a text, found {_SHORT.repr(value)}.")
 
 
-def listed(name: str, values: Iterable[str]) -> list[str]:
-    """Return several texts as a list; a single text is refused, since its letters are texts too."""
+def listed(name: str, values: Iterable[T]) -> list[T]:
+    """Return several texts or others as a list; a single text is refused: its letters are texts."""
     if isinstance(values, str):
         found = _SHORT.repr(values)
         raise QueryError(f"{name}: expected several texts, found {found}. Put it in a list.")

@@ -18,12 +18,13 @@ from starlette.responses import FileResponse, Response
 from motiondb.errors import MotionDBError
 from motiondb.page.errors import FULL_DISK, answer_of, error_answer, unknown
 from motiondb.page.guard import HEADERS, Guard
-from motiondb.page.routes import asking, boards, catalogue, files, grammars, jobs
+from motiondb.page.routes import asking, boards, catalogue, files, grammars, jobs, selections
 from motiondb.page.settings import BUNDLE, NO_BUNDLE, VERSION, PageSettings, bundle_file
 from motiondb.page.state import Page
 
 _ROUTERS = (
-    *(catalogue.router, catalogue.change_router, asking.router, asking.making_router),
+    *(catalogue.router, catalogue.change_router, selections.router),
+    *(asking.router, asking.symbols_router, asking.making_router),
     *(files.motion_router, grammars.router, boards.router, boards.scene_router),
     *(files.router, jobs.router),
 )

@@ -136,7 +136,7 @@ class Edit:
 
     captures: tuple[str, ...]  # Names as they were before it
     run: int  # Number of the run that made it
-    what: str  # "words", "tags", "name" or "removal"
+    what: str  # "words", "tags", "selection", "name" or "removal"
 
 
 class Page:

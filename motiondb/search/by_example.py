@@ -44,7 +44,7 @@ class ExampleAnswer(Tabled, Sequence[Match]):
         Why the answers carry no probabilities, where captions have not sufficed to learn or to
         check them (``motiondb.learn.checking``); otherwise "".
     read_as : str
-        How the words beside a path were read; "" without.
+        How the words beside a path or a rhythm were read; "" without.
     """
 
     matches: tuple[Match, ...]

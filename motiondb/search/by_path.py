@@ -27,13 +27,10 @@ from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
 from motiondb.errors import QueryError
-from motiondb.learn.learned import Learned
 from motiondb.meaning.score_vectors import averaged_rows
 from motiondb.meaning.travelled import STEADY, speeds_of
-from motiondb.records import Float32Array, FloatArray, IntArray, Match
-from motiondb.search.asked_words import learned_words
-from motiondb.search.by_example import ExampleAnswer
-from motiondb.search.matches import mark_generated, shown_words, to_seconds
+from motiondb.records import Float32Array, FloatArray, IntArray
+from motiondb.search.nearest_parts import Part
 
 N_POINTS = 33  # Points at which two lines are compared
 SIZES = tuple(float(size) for size in 2.0 ** np.linspace(-0.5, 0.5, 7))  # .7 to 1.4
@@ -154,30 +151,18 @@ def points_of(text: str) -> list[tuple[float, float]]:
     return points
 
 
-def search_path(
-    learned: Learned,
-    ways: Ways,
-    line: NDArray[np.complex128],
-    allowed: Collection[int],
-    limit: int = 10,
-    said: Mapping[int, tuple[str, int, int]] | None = None,
-) -> ExampleAnswer:
-    """The intervals of captures that travel along a line, best first.
-
-    `line`: As ``read_path`` gives it. `said`: Capture -> what else is said of its answer, and the
-    feature frames [a, b) with which it must have one in common.
-    """
-    ranked = sorted(best_parts(ways, line, allowed), key=lambda one: (one.deviation, one.capture))
-    if said is not None:
-        ranked = [
-            o for o in ranked if o.first < said[o.capture][2] and o.behind > said[o.capture][1]
-        ]
-    length = _length(line)
-    matches = tuple(
-        _match(learned, rank, one, length, said[one.capture][0] if said else "")
-        for rank, one in enumerate(ranked[:limit], start=1)
-    )
-    return ExampleAnswer(matches, 1.0 - ranked[0].deviation if ranked else None, 1.0 - MOST_ALONG)
+def parts_along(ways: Ways, line: NDArray[np.complex128], allowed: Collection[int]) -> list[Part]:
+    """The part of each capture that goes along a line best; `line`: As ``read_path`` gives it."""
+    return [
+        Part(
+            one.capture,
+            one.first * FEATURE_STEP,
+            one.behind * FEATURE_STEP,
+            one.deviation,
+            f"{100.0 * one.apart:.0f} cm off a path of {one.size * _length(line):.1f} m",
+        )
+        for one in best_parts(ways, line, allowed)
+    ]
 
 
 def best_parts(ways: Ways, line: NDArray[np.complex128], allowed: Collection[int]) -> list[Along]:
@@ -273,16 +258,3 @@ def _at(
     """The points of a line at some lengths along it."""
     right, up = (np.interp(places, along, each) for each in (line.real, line.imag))
     return np.asarray(right + 1j * up, dtype=np.complex128)
-
-
-def _match(learned: Learned, rank: int, one: Along, length: float, more: str) -> Match:
-    start, end = one.first * FEATURE_STEP, one.behind * FEATURE_STEP
-    said = f"{100.0 * one.apart:.0f} cm off a path of {one.size * length:.1f} m"
-    return Match(
-        rank,
-        learned.captures[one.capture].name,
-        *to_seconds(learned, one.capture, start, end),
-        1.0 - one.deviation,
-        shown_words(learned_words(learned), one.capture, start, end) if learned.has_words else (),
-        "; ".join(filter(None, (said, more, mark_generated(learned, one.capture)))),
-    )

@@ -115,6 +115,9 @@ from .catalogue.edits import (
     Edit as Edit,
 )
 from .catalogue.edits import (
+    change_tags as change_tags,
+)
+from .catalogue.edits import (
     find_undoable as find_undoable,
 )
 from .catalogue.edits import (
@@ -194,6 +197,24 @@ from .catalogue.runs import (
 )
 from .catalogue.runs import (
     start_run as start_run,
+)
+from .catalogue.selections import (
+    MARKS as MARKS,
+)
+from .catalogue.selections import (
+    SELECTION as SELECTION,
+)
+from .catalogue.selections import (
+    Span as Span,
+)
+from .catalogue.selections import (
+    join_selections as join_selections,
+)
+from .catalogue.selections import (
+    read_selections as read_selections,
+)
+from .catalogue.selections import (
+    write_selections as write_selections,
 )
 from .catalogue.sources import (
     fill_in as fill_in,

@@ -54,6 +54,7 @@ def test_tables_for_people(command: Any, learned_file: Path) -> None:
         ("search", "walk", "--by-symbols"), ("show", "ana/bow_1", "--png", "show.png"),
         ("words",), ("symbols", "--png", "symbols.png"), ("info",), ("check",),
         ("like", "ana/bow_1", "--limit", 2, "--png", "like.png"),
+        ("rhythm", "0 .5 1 1.5", "--words", "walk"),
     ):  # fmt: skip
         ended = command(*words, "--db", learned_file)
         assert (ended.code, ended.err) == (0, "")

@@ -41,6 +41,25 @@ def test_a_day_in_the_archive(command: Any, some: Path, monkeypatch: pytest.Monk
         assert len(db.captures()) == 4
 
 
+def test_a_selection_is_made_shown_and_written(command: Any, some: Path) -> None:
+    command("add", some)
+    assert command("selections", "add", "day 2").code == 2
+    made = command("selections", "add", "day 2", "ana/jump_1:0-1", "--where", "name~kick")
+    assert made.out == "day 2: 2 captures changed\n"
+    assert answer(command("selections", "--json"))[0]["parts"] == 2
+    shown = command("selections", "show", "day 2").out
+    assert "ana/jump_1" in shown
+    assert "0.00" in shown
+    assert "boris/kick_1" in command("list", "--where", "selection='day 2'").out
+    written = command("selections", "export", "day 2", "-o", "pack", "--as", "glb").out
+    assert written == "day 2: 2 motions in pack; licences: unknown\n"
+    assert Path("pack/00001_ana-jump_1.glb").exists()
+    command("selections", "take", "day 2", "ana/jump_1")
+    assert answer(command("selections", "remove", "day 2", "--json")) == {
+        "selection": "day 2", "captures": ["boris/kick_1"],
+    }  # fmt: skip
+
+
 def test_what_is_refused_leaves_nothing_behind(command: Any, some: Path, tmp_path: Path) -> None:
     command("add", some, "--db", "a.duckdb")
     assert command("merge", "none.duckdb", "--db", "new.duckdb").code == 1

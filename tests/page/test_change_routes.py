@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import zipfile
 from pathlib import Path
 
 from page_serving import Serve
@@ -78,3 +80,34 @@ def test_words_of_several_captures_are_one_run_and_undone_together_or_not_at_all
     assert refused.status_code == 409
     assert "more words" in words(NAMES[1])
     assert client.get("/api/undo").json()["left"] == 2
+
+
+def test_a_selection_is_made_shown_packed_and_taken_back(learned_copy: Path, serve: Serve) -> None:
+    client = serve(learned_copy)
+
+    def change(verb: str, *items: dict) -> dict:
+        answer = client.post(f"/api/selection/{verb}", json={"name": "day 2", "items": list(items)})
+        assert answer.status_code == 200, answer.text
+        return answer.json()
+
+    whole, part = {"ref": "capture:ana/bow_1"}, {"ref": "capture:ana/jump_1", "start": 0, "end": 1}
+    assert change("add", whole, part) == {"changed": NAMES, "undo": 1}
+    assert change("add", whole) == {"changed": [], "undo": 1}
+    assert client.get("/api/selections").json()["selections"][0]["parts"] == 2
+    parts = client.get("/api/selection", params={"name": "day 2"}).json()["parts"]
+    assert [(p["ref"], p["whole"], p["end"]) for p in parts[1:]] == [(part["ref"], False, 1.0)]
+    pack = client.get("/api/selection/pack", params={"name": "day 2", "format": "glb"})
+    assert "day_2.zip" in pack.headers["content-disposition"]
+    with zipfile.ZipFile(io.BytesIO(pack.content)) as archive:
+        assert sorted(archive.namelist()) == [
+            "00001_ana-bow_1.glb", "00002_ana-jump_1.glb", "manifest.csv", "manifest.json",
+        ]  # fmt: skip
+    assert change("take", part)["changed"] == NAMES[1:]
+    assert client.delete("/api/selection", params={"name": "day 2"}).json()["changed"] == NAMES[:1]
+    undone = client.post("/api/undo", json={}).json()
+    assert (undone["what"], undone["captures"]) == ("selection", 1)
+    assert client.get("/api/captures", params={"where": "selection='day 2'"}).json()["total"] == 1
+    made = client.post(
+        "/api/selection/add", json={"name": "day 2", "items": [{"ref": "made:m1"}]}
+    ).json()
+    assert "expected a stored capture" in made["error"]["message"]

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
+import zipfile
 from urllib.parse import urlparse
 
-from page_tools import drag_on, drop_files, pixels, wait_for, wait_for_figure
+from page_tools import AXE, drag_on, drop_files, pixels, serious, wait_for, wait_for_figure
 
 import motiondb
 
@@ -404,3 +406,41 @@ def test_a_filter_that_finds_nothing_or_cannot_be_read_leads_on(asked_server, ne
     page.keyboard.press("Enter")
     page.get_by_role("button", name="Ask for “strolling”").click()
     page.locator(".answer").first.wait_for()
+
+
+def test_captures_and_answers_are_kept_in_a_selection(serve_copy, new_page):
+    address = serve_copy()
+    page = new_page(f"{address}#/catalogue?where=performer%3Dana", size=(390, 844))
+
+    def add(bar, name):
+        page.get_by_role("region", name=bar).get_by_role("button", name="Add to a").click()
+        page.get_by_label("Name of the selection").fill(name)
+        page.get_by_role("dialog").get_by_role("button", name="Add", exact=True).click()
+        page.get_by_text(f"Added to “{name}”.").last.wait_for()
+
+    page.get_by_role("checkbox", name="Select ana/bow_1").click()
+    add("Selected captures", "day 2")
+    page.goto(f"{address}#/search?q=kick&limit=5")
+    page.locator(".answer-head input[type=checkbox]").first.check()
+    add("Selected answers", "day 2")
+    page.goto(f"{address}#/catalogue?show=selections")
+    kept = page.locator(".kept-selection")
+    kept.get_by_text("2 parts of 2 captures").wait_for()  # open, as it is the only one
+    kept.locator(".selected-part").nth(1).get_by_text(re.compile(r"\d–\d")).wait_for()
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390
+    assert not AXE.is_file() or serious(page) == []
+    kept.get_by_text("Download").click()
+    with page.expect_download() as download:
+        kept.get_by_role("button", name="Download as glTF").click()
+    with zipfile.ZipFile(io.BytesIO(download.value.path().read_bytes())) as archive:
+        assert "manifest.csv" in archive.namelist()
+        assert sum(name.endswith(".glb") for name in archive.namelist()) == 2
+    kept.get_by_role("button", name="Take ana/bow_1, whole, out of day 2").press("Enter")
+    kept.get_by_text("1 part of 1 capture").wait_for()
+    wait_for(page, "() => document.activeElement.matches('.kept-selection > summary')")
+    kept.get_by_role("button", name="Remove selection").click()
+    page.get_by_text("No selections").wait_for()
+    page.get_by_role("button", name="Undo").last.click()
+    kept.get_by_text("1 part of 1 capture").wait_for()
+    kept.get_by_role("link", name="Filter by it").click()
+    page.get_by_text("1 of 101 captures").wait_for()

@@ -15,6 +15,7 @@ VIEWS = {
     "nothing": ("#/search?q=walk,+kick&where=performer%3Dana&limit=5", ".not-here"),
     "example": ("#/search?like=capture:fatou/kick_1&limit=5", ".answer"),
     "generate": ("#/generate?q=walk&seed=1", ".variant"),
+    "rhythm": ("#/search?q=walk&rhythm=0+0.5+1+1.5", ".answer"),
     "symbols": ("#/symbols?symbol=3", ".segment-list li"),
     "no grammars": ("#/grammar", ".empty"),
 }

@@ -272,3 +272,36 @@ def test_a_drawn_path_is_searched(asked_server, new_page):
     page.get_by_label("Along a path").fill("0,0 x")
     page.get_by_role("button", name="Search again").click()
     page.get_by_text("expected points such as").wait_for()
+
+
+def test_a_tapped_rhythm_is_searched(asked_server, new_page):
+    page = _open(new_page, asked_server, "#/search?q=walk", size=(390, 844))
+    page.locator(".answer").first.wait_for()
+    page.get_by_text("Options").click()
+    pad = page.get_by_role("button", name="Tap", exact=True)
+    times = page.get_by_label("In a rhythm")
+    pad.press("Tab")  # moves on, and is no tap
+    pad.click()
+    pad.focus()
+    for _ in range(4):
+        page.wait_for_timeout(500)
+        page.keyboard.press("Space")
+    page.wait_for_url("**rhythm=*")
+    taps = [float(tap) for tap in times.input_value().split()]
+    assert len(taps) == 5
+    assert 1.8 < taps[-1] < 3
+    page.get_by_text(re.compile(r"5 taps, [12].\d a second")).wait_for()
+    said = page.locator(".answer-verdict").first
+    said.get_by_text("ms off the rhythm").wait_for()
+    assert "walk" in said.inner_text()
+    assert page.locator(".tap-mark").count() == 5
+    page.get_by_role("button", name="Replay").click()
+    page.locator(".tap-dot.on").wait_for()
+    page.get_by_role("button", name="Stop").click()
+    assert page.locator(".tap-dot.on").count() == 0
+    times.fill("0 x")
+    page.get_by_role("button", name="Search again").click()
+    page.get_by_text("expected the times of 3 to 200 taps").wait_for()
+    page.get_by_role("button", name="Clear").last.click()
+    assert times.input_value() == ""
+    assert page.evaluate("document.documentElement.scrollWidth") <= 390

@@ -75,11 +75,11 @@ def facets(session: Session, where: str) -> tuple[Facet, ...]:
     keys = dict.fromkeys(key for row in rows for key in row.info.tags)
     tags = [*(t for t in FIRST_TAGS if t in keys), *sorted(set(keys) - set(FIRST_TAGS))]
     chosen = [
-        _facet(column, [str(getattr(r.info, column)) for r in rows]) for column in FACET_COLUMNS
+        _facet(column, [[str(getattr(r.info, column))] for r in rows]) for column in FACET_COLUMNS
     ]
     for tag in tags:
-        facet = _facet(tag, [row.info.tags.get(tag, "") for row in rows])
-        if tag in FIRST_TAGS or 2 <= len(facet.values) <= MOST_VALUES:
+        facet = _facet(tag, [_tag_values(row, tag) for row in rows])
+        if tag in (*FIRST_TAGS, store.SELECTION) or 2 <= len(facet.values) <= MOST_VALUES:
             chosen.append(facet)
     return tuple(chosen)
 
@@ -89,10 +89,16 @@ def rows_by_name(session: Session) -> dict[str, BrowsedCapture]:
     return session.kept("browsed by name", lambda: {r.info.name: r for r in _all_rows(session)})
 
 
-def _facet(column: str, values: Sequence[str]) -> Facet:
-    counts = Counter(value for value in values if value)
+def _tag_values(row: BrowsedCapture, tag: str) -> list[str]:
+    value = row.info.tags.get(tag, "")
+    return list(store.read_selections(value)) if tag == store.SELECTION else [value]
+
+
+def _facet(column: str, values: Sequence[Sequence[str]]) -> Facet:
+    """How many captures have each value; `values`: those of each capture."""
+    counts = Counter(value for of_one in values for value in of_one if value)
     ordered = sorted(counts.items(), key=lambda pair: (-pair[1], _natural(pair[0])))
-    return Facet(column, tuple(ordered), len(values) - sum(counts.values()))
+    return Facet(column, tuple(ordered), sum(not any(of_one) for of_one in values))
 
 
 def _all_rows(session: Session) -> list[BrowsedCapture]:

@@ -8,7 +8,8 @@ from __future__ import annotations
 import importlib.util
 import json
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -40,6 +41,7 @@ from motiondb.generate.onto import at_rest, onto
 from motiondb.generate.onto_hinges import FittedRobot, onto_robot
 from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Fit, Match, Motion
 
+_UNUSUAL = re.compile(r"[^\w.-]+")  # Characters that names of files of matches do not have
 GLTF = (".glb", ".gltf")
 FIXED_UNITS = MappingProxyType(
     {".glb": 1.0, ".gltf": 1.0, ".fbx": 0.01} | dict.fromkeys(ARRAY_ENDINGS, 1.0)
@@ -487,7 +489,31 @@ def export(
     return Exported(info.name, path, *size, False, made.said, None, made.fit)
 
 
-def write_match(session: Session, match: Match, path: Path, question: str) -> MatchFile:
+def write_matches(
+    session: Session, matches: Sequence[Match], folder: Path, question: str
+) -> list[MatchFile]:
+    """Write matches as BVH into a folder, which is made if there is none."""
+    try:
+        folder.mkdir(exist_ok=True)
+    except OSError as error:
+        raise QueryError(
+            f"{folder}: expected a folder that can be made, found: {error.strerror}. Name another."
+        ) from None
+    paths = [folder / f"{_file_name(match)}.bvh" for match in matches]
+    for path in paths:  # before any is written
+        check_overwriting(path)
+        check_overwriting(provenance_path(path))
+    with session.reading():
+        return [_write_match(session, *each, question) for each in zip(matches, paths)]
+
+
+def _file_name(match: Match) -> str:
+    """The name of a file: rank, capture and interval."""
+    plain = _UNUSUAL.sub("-", match.capture.replace("/", "-"))[:100]
+    return f"{match.rank:03d}_{plain}_{match.start:.2f}-{match.end:.2f}"
+
+
+def _write_match(session: Session, match: Match, path: Path, question: str) -> MatchFile:
     """Write one match as BVH, and its origin beside it."""
     info = store.load_capture(session.store, match.capture)
     sources = store.load_provenance(session.store, info.capture_id).sources

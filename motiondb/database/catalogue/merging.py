@@ -156,6 +156,9 @@ class _Merging:
         all_captions = tuple(dict.fromkeys((*old_captions, *captions)))
         all_events = {*old_events, *events}
         tags = {**info.tags, **here.tags}
+        if store.SELECTION in tags:
+            both = (each.tags.get(store.SELECTION, "") for each in (here, info))
+            tags[store.SELECTION] = store.join_selections(*both)
         self.notes += _other_values(here, info.tags)
         if is_worded := all_captions != old_captions:
             store.save_captions(self.opened, here.capture_id, all_captions)
@@ -183,7 +186,7 @@ def _other_values(here: CaptureInfo, tags: Mapping[str, str]) -> list[str]:
     return [
         f"{here.name}: {key} stays {here.tags[key]!r}; the other database has {value!r}"
         for key, value in tags.items()
-        if here.tags.get(key, value) != value
+        if here.tags.get(key, value) != value and key != store.SELECTION
     ]
 
 

@@ -176,6 +176,22 @@ def router(page: Page) -> APIRouter:
             took = round(time.perf_counter() - began, 4)
             return replies.like_reply(db, answer, "", None, None, took)
 
+    @routes.get("/api/rhythm")
+    def rhythm(
+        taps: Annotated[
+            str, Query(max_length=parameters.LONGEST_TEXT, description="Such as: 0 .5 1 1.5.")
+        ],
+        words: Annotated[str, Query(max_length=parameters.LONGEST_TEXT)] = "",
+        where: parameters.Where = "",
+        limit: parameters.Limit = 10,
+    ) -> replies.LikeReply:
+        """Intervals whose steps fall at the times of taps, in seconds."""
+        began = time.perf_counter()
+        with page.reading() as db:
+            answer = db.captures.rhythm(taps, words, where, limit)
+            took = round(time.perf_counter() - began, 4)
+            return replies.like_reply(db, answer, "", None, None, took)
+
     @routes.get("/api/describe")
     def describe(
         ref: parameters.RefText, start: parameters.Start = None, end: parameters.End = None
@@ -189,6 +205,13 @@ def router(page: Page) -> APIRouter:
             else:
                 words = answers.words_over_time(db.describe(motion))
         return DescribeReply(ref, round(motion.duration, 3), words)
+
+    return routes
+
+
+def symbols_router(page: Page) -> APIRouter:
+    """Return the routes of motion symbols."""
+    routes = APIRouter(tags=["ask"], responses=ERRORS)
 
     @routes.get("/api/symbols")
     def symbols() -> SpaceReply:

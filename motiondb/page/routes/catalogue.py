@@ -78,21 +78,21 @@ def change_router(page: Page) -> APIRouter:
         """Set tags, such as performer and licence, of several captures."""
         with page.changing() as db:
             names = _known(db, body.captures)
-            return _noted(page, db, "tags", lambda: db.captures.set_tags(body.tags, names))
+            return noted(page, db, "tags", lambda: db.captures.set_tags(body.tags, names))
 
     @routes.post("/api/captures/words")
     def add_words(body: CaptureWordsBody) -> CapturesChanged:
         """Add a caption to each of several captures."""
         with page.changing() as db:
             names = _known(db, body.captures)
-            return _noted(page, db, "words", lambda: db.words.add(body.words, names))
+            return noted(page, db, "words", lambda: db.words.add(body.words, names))
 
     @routes.post("/api/captures/rename")
     def rename(body: RenameBody) -> CapturesChanged:
         """Rename a capture, or all below a folder, or several by a pattern."""
         with page.changing() as db:
             names = None if body.captures is None else _known(db, body.captures)
-            return _noted(page, db, "name", lambda: db.captures.rename(body.old, body.new, names))
+            return noted(page, db, "name", lambda: db.captures.rename(body.old, body.new, names))
 
     @routes.post("/api/captures/remove")
     def remove(body: CapturesBody) -> CapturesChanged:
@@ -106,7 +106,7 @@ def change_router(page: Page) -> APIRouter:
 def remove_captures(page: Page, db: MotionDB, captures: Sequence[str]) -> CapturesChanged:
     """Remove captures, to be undone; the caller holds ``page.editing``."""
     names = _known(db, captures)
-    return _noted(page, db, "removal", lambda: db.captures.remove(names))
+    return noted(page, db, "removal", lambda: db.captures.remove(names))
 
 
 def undo_last(page: Page, db: MotionDB) -> Edit:
@@ -131,7 +131,7 @@ def _known(db: MotionDB, names: Sequence[str]) -> list[str]:
     return [find_row(db, name).info.name for name in dict.fromkeys(names)]
 
 
-def _noted(
+def noted(
     page: Page, db: MotionDB, what: str, change: Callable[[], Iterable[str]]
 ) -> CapturesChanged:
     """Make a change, and remember the run that made it, to be undone."""
@@ -292,7 +292,7 @@ class WordsUndone:
     capture: str
     words: tuple[Caption, ...]
     left: int
-    what: str  # What the edit changed: "words", "tags", "name" or "removal"
+    what: str  # What the edit changed: "words", "tags", "selection", "name" or "removal"
     captures: int  # Number of captures that it changed
 
 

@@ -72,12 +72,12 @@ _UPLOAD = {"requestBody": {"required": True, "content": {"multipart/form-data": 
 """OpenAPI description of an upload."""
 
 
-def _described(about: str, *kinds: str) -> dict[int | str, dict[str, Any]]:
+def described(about: str, *kinds: str) -> dict[int | str, dict[str, Any]]:
     """Return the OpenAPI description of an answer of bytes, of any of some kinds."""
     return {200: {"description": about, "content": {k: {"schema": _BYTES} for k in kinds}}}
 
 
-_FILE = _described(
+_FILE = described(
     "A file to be saved: a motion, or a zip of several.",
     *("application/octet-stream", "application/zip", "model/gltf-binary"),
 )
@@ -193,7 +193,7 @@ def download(page: Page, asked: DownloadBody) -> Response:
                 files.append(folder / LICENCES)
                 files[-1].write_text(licences, encoding="utf-8")
             first, more = _stem(page, targets[0][1], targets[0][0]), len(targets) - 1
-            name, data = f"{first}-and-{more}-more.zip" if more else f"{first}.zip", _zip(files)
+            name, data = f"{first}-and-{more}-more.zip" if more else f"{first}.zip", zipped(files)
     return Response(
         data,
         media_type=_TYPES.get(Path(name).suffix, "application/octet-stream"),
@@ -211,7 +211,7 @@ def _licences(db: MotionDB, items: Sequence[Part]) -> str:
     )
 
 
-def _zip(files: Sequence[Path]) -> bytes:
+def zipped(files: Sequence[Path]) -> bytes:
     """Return a zip archive of files; files of the same name are numbered.
 
     A file beside another (its origin) keeps to the name that the other one got.
@@ -258,7 +258,7 @@ def _write(
         record = find_kept(db, ref.name)
         for player in db.scenes.motions(record):  # raises if a capture of the scene was removed
             name = f"{ref.name}/{player}"
-            db.export(name, folder / f"{_plain(player)}.{ending}", canonical=True)
+            db.export(name, folder / f"{plain_name(player)}.{ending}", canonical=True)
     else:
         write_motion(load_motion(page, db, ref, part.start, part.end), path, changes)
 
@@ -271,12 +271,12 @@ def _write_source(db: MotionDB, ref: Ref, part: Part, folder: Path) -> None:
         )
     row = find_row(db, ref.name)
     ending = Path(row.info.path).suffix.lower() or f".{row.info.format}"
-    db.export(ref.name, folder / f"{_plain(ref.name)}.{_plain(ending)}")
+    db.export(ref.name, folder / f"{plain_name(ref.name)}.{plain_name(ending)}")
 
 
 def _stem(page: Page, ref: Ref, part: Part) -> str:
     """Return a name that says what is in a file: the sentence, the grammar, the capture."""
-    stem = _plain(ref.name)
+    stem = plain_name(ref.name)
     if ref.kind == "made":
         stem = spoken(page.made.get(ref.name).generated.words)
     elif ref.kind == "sequence":
@@ -298,10 +298,10 @@ def spoken(words: str) -> str:
     return said[:60].rstrip("-") or "motion"
 
 
-def _plain(name: str) -> str:
+def plain_name(name: str) -> str:
     """Return a name with only characters that every file system and HTTP header allows.
 
-    >>> _plain('ana/läuft "schnell"')
+    >>> plain_name('ana/läuft "schnell"')
     'ana_l_uft_schnell_'
     """
     return _PLAIN.sub("_", name).lstrip(".")[:150] or "motion"
@@ -312,7 +312,7 @@ THUMB_SECONDS, THUMB_RATE = 2.0, 15.0  # Length of a thumbnail, and its frames p
 SEARCHED = 60.0  # Seconds of a capture in which its moment is looked for
 MOST_TILES = 60  # Largest number of captures of the wall
 MOST_MOTIONS = 64  # Largest number of motions of one request
-_CONTAINER = _described("Motion as binary; docs/guide/page.md describes the format.", MEDIA_TYPE)
+_CONTAINER = described("Motion as binary; docs/guide/page.md describes the format.", MEDIA_TYPE)
 Rate = Annotated[float, Query(ge=1.0, le=MOTION_FPS, description="Frames per second.")]
 
 

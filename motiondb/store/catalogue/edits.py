@@ -14,9 +14,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from motiondb.errors import QueryError
-from motiondb.records import Caption, Event
-from motiondb.store.catalogue.annotations import load_captions, load_events, load_synonyms
-from motiondb.store.catalogue.runs import Run, load_runs
+from motiondb.records import Caption, CaptureInfo, Event
+from motiondb.store.catalogue.annotations import (
+    load_captions,
+    load_events,
+    load_synonyms,
+    save_tags,
+)
+from motiondb.store.catalogue.runs import Run, load_runs, running
 from motiondb.store.catalogue.trash import load_trash
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.transactions import transaction
@@ -76,6 +81,23 @@ def noting_edits(store: Store, run_id: int, touched: Iterable[int] = ()) -> Iter
     if SYNONYMS in wanted and load_synonyms(store) != synonyms:
         edits.append(Edit(run_id, SYNONYMS, "changed", "synonyms", synonyms))
     _save_edits(store, edits)
+
+
+def change_tags(
+    store: Store, given: Mapping[str, str], every: Iterable[tuple[CaptureInfo, Mapping[str, str]]]
+) -> list[str]:
+    """Save all tags of captures, where they are others, in one run; return names of these captures.
+
+    `given`: What the run tells of the change.
+    """
+    changed = [(info, tags) for info, tags in every if tags != info.tags]
+    if changed:
+        parameters = {"tags": dict(given), "captures": len(changed)}
+        numbers = [info.capture_id for info, _ in changed]
+        with running(store, "tags", parameters) as run_id, noting_edits(store, run_id, numbers):
+            for info, tags in changed:
+                save_tags(store, info.capture_id, tags)
+    return [info.name for info, _ in changed]
 
 
 def load_edits(store: Store, run_id: int | None = None) -> list[Edit]:

@@ -13,7 +13,8 @@ A name is a column of the catalogue, ``caption`` (the texts that people wrote ab
 tag (in quotes where it is like a word of the syntax: ``"in"=yes``), or a head of the catalogue's
 table where no tag has this name (``HEADS``). So are ``quality``, the mean of the numbers of a
 capture's seconds, and ``finding``, the kinds and families of what it lacks; ``needs`` alone is
-``finding=needs``. Two values are compared as numbers if both are
+``finding=needs``. ``selection`` stands for the names of all selections that hold something of the
+capture. Two values are compared as numbers if both are
 numbers, and otherwise as text without regard to case; ``~`` always compares text.
 
 A condition on captions holds if it holds for at least one caption of the capture. With ``!=``,
@@ -31,6 +32,7 @@ from typing import Any, TypeAlias
 
 from motiondb.errors import QueryError, suggestion
 from motiondb.records import CaptureInfo
+from motiondb.store.catalogue.selections import SELECTION, read_selections
 
 COLUMNS = (
     "capture_id",
@@ -298,7 +300,7 @@ def with_columns(filters: Iterable[Filter], tags: Iterable[str]) -> tuple[Filter
     >>> with_columns(parse_where("length>10"), ["performer"])
     (Condition(name='duration', operator='>', value='10'),)
     """
-    named = (*COLUMNS, CAPTION)
+    named = (*COLUMNS, CAPTION, SELECTION)
     known = (*named, *sorted(set(tags) - set(named)))
     return tuple(_with_columns(each, known) for each in filters)
 
@@ -360,6 +362,8 @@ def _values(info: CaptureInfo, name: str, captions: Sequence[str]) -> Sequence[s
         return (str(getattr(info, name)),)
     if name == CAPTION:
         return captions
+    if name == SELECTION:
+        return tuple(read_selections(info.tags.get(name, "")))
     return (info.tags[name],) if name in info.tags else ()
 
 

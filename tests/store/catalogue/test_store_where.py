@@ -44,8 +44,8 @@ def test_unknown_name_gets_a_suggestion() -> None:
         with_columns(parse_where("preformer=14"), ["performer", "style"])
     assert str(error.value) == (
         "filter on 'preformer': expected one of capture_id, name, sha256, format, kind, fps, "
-        "n_frames, duration, motion_frames, leg_length, path, run_id, caption, performer, style, "
-        "found no such column or tag. Did you mean performer?"
+        "n_frames, duration, motion_frames, leg_length, path, run_id, caption, selection, "
+        "performer, style, found no such column or tag. Did you mean performer?"
     )
 
 

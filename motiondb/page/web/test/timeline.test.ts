@@ -7,6 +7,7 @@ import { niceTicks } from "../src/timeline/ticks.ts";
 import { pixelsOf } from "../src/timeline/timeline.ts";
 import type { PlacedSymbol } from "../src/api/types.ts";
 import { MOST, strokeFrom, strokeTo } from "../src/views/search/path.ts";
+import { tapped, textOf, timesOf } from "../src/views/search/rhythm.ts";
 import { axisEnds, clustersOf, foundSymbols } from "../src/views/symbols/clusters.ts";
 import { placeMarks } from "../src/views/symbols/labels.ts";
 import { ellipseOf, fitAxes, NO_ZOOM, zoomAt, zoomed } from "../src/views/symbols/projection.ts";
@@ -248,4 +249,12 @@ test("the ends of an axis are named by the outermost movements with a probable w
   assert.deepEqual(axisEnds(all, 0), { low: ["sit", "bow"], high: [] });
   const more = [...all, one(3, "run", 0.7), one(2, "walk", 0.9)];
   assert.deepEqual(axisEnds(more, 0), { low: ["sit", "bow"], high: ["run", "walk"] });
+});
+
+test("a bounce is no tap, and a tap after a pause begins a rhythm anew", () => {
+  const taps = [10, 10.5, 10.53, 11.25].reduce(tapped, [] as readonly number[]);
+  assert.equal(textOf(taps), "0 0.5 1.25");
+  assert.deepEqual(timesOf(textOf(taps)), [0, 0.5, 1.25]);
+  assert.deepEqual(tapped(taps, 13), [13]);
+  for (const text of ["0 x", "1 0", "0 0"]) assert.deepEqual(timesOf(text), []);
 });

@@ -935,6 +935,22 @@ export interface PlayableAlternative {
   log_probability: number;
 }
 
+export interface PlayablePart {
+  interval: number;
+  capture: string;
+  start: number;
+  end: number;
+  whole: boolean;
+  kind: string;
+  performer: string;
+  licence: string;
+  source: string;
+  sha256: string;
+  made_of: string[];
+  file: string;
+  ref: string;
+}
+
 export interface PlayableSegment {
   symbol: number;
   start: number;
@@ -1139,6 +1155,27 @@ export interface SegmentsReply {
   symbol: number;
   total: number;
   segments: PlayableSegment[];
+}
+
+export interface SelectionBody {
+  name: string;
+  items: Part[];
+}
+
+export interface SelectionReply {
+  selection: string;
+  parts: PlayablePart[];
+}
+
+export interface SelectionRow {
+  selection: string;
+  captures: number;
+  parts: number;
+  seconds: number;
+}
+
+export interface SelectionsReply {
+  selections: SelectionRow[];
 }
 
 export interface SequenceBody {

@@ -63,7 +63,7 @@ export function makeQuestionBox(context: Context): QuestionBox {
     known = q; // the address of it may be gone again before it is shown: somebody goes back
     if (!q) return go(routeTo("catalogue"));
     const { view, parameters } = parseRoute(location.hash, "");
-    const kept = view === "search" ? ["where", "limit", "exact", "symbols", "path"] : [];
+    const kept = view === "search" ? ["where", "limit", "exact", "symbols", "path", "rhythm"] : [];
     go(routeTo("search", { q, ...Object.fromEntries(kept.map((name) => [name, parameters.get(name)])) }));
   });
   return {

@@ -20,17 +20,22 @@ import { openLearning, reasonToLearn } from "./learning.ts";
 import { makePicking } from "./picking.ts";
 import { wholeWords } from "./row.ts";
 import { makeRows } from "./rows.ts";
+import { makeSelections } from "./selections.ts";
 import { makeGrid } from "./grid.ts";
 import { makeTable, type Table } from "./table.ts";
 import { makeThumbs } from "./thumbs.ts";
 import { emptyDatabase } from "../empty_database.ts";
+
+const LISTS = ["duplicates", "selections"] as const;
+type List = (typeof LISTS)[number] | "";
 
 interface Wanted {
   typed: string;
   picks: Pick[];
   sort: string;
   capture: string;
-  duplicates: boolean;
+  /** What stands in place of the rows. */
+  list: List;
   /** Large previews in place of the table. */
   grid: boolean;
   /** The part and the moment of the shown capture. */
@@ -68,7 +73,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     picks: [],
     sort: "name",
     capture: "",
-    duplicates: false,
+    list: "",
     grid: false,
     place: WHOLE,
   };
@@ -130,9 +135,13 @@ export function open(host: HTMLElement, context: Context): OpenView {
     class: "button plain undo-button",
     title: "Undo the last change",
   });
-  const duplicates = button("plain", "Copies", () => route({ duplicates: !wanted.duplicates }), {
-    title: "List the captures that show the same motion",
-  });
+  const selections = makeSelections(context);
+  const toggle = (label: string, list: List, title: string): HTMLButtonElement =>
+    button("plain", label, () => route({ list: wanted.list === list ? "" : list }), { title });
+  const lists = {
+    duplicates: toggle("Copies", "duplicates", "List the captures that show the same motion"),
+    selections: toggle("Selections", "selections", "List what was selected and kept under a name"),
+  };
   const asGrid = button("plain", [icon("grid"), "Previews"], () => route({ grid: !wanted.grid }), {
     title: "Large previews, which play while they are pointed at",
   });
@@ -141,7 +150,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     { class: "row" },
     h("a", { class: "button plain", href: routeTo("wall"), title: "All captures in motion" }, "Wall"),
     asGrid,
-    duplicates,
+    Object.values(lists),
     canWrite
       ? [
           undo,
@@ -188,7 +197,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     if (next.typed.trim()) query.set("where", next.typed.trim());
     for (const pick of next.picks) query.append("pick", writePick(pick));
     if (next.sort !== "name") query.set("sort", next.sort);
-    if (next.duplicates) query.set("show", "duplicates");
+    if (next.list) query.set("show", next.list);
     if (next.grid) query.set("as", "grid");
     if (next.capture) {
       query.set("capture", next.capture);
@@ -283,7 +292,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     summary.textContent = filtered
       ? `${rows.total.toLocaleString("en")} of ${plural(status.captures, "capture")}`
       : `${plural(status.captures, "capture")}, ${seconds(status.seconds)} of motion`;
-    if (wanted.duplicates) return;
+    if (wanted.list) return;
     if (rows.total > 0) {
       if (!table.element.isConnected) fill(content, table.element);
       table.reset(wanted.sort);
@@ -307,6 +316,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
         ),
       );
     } else fill(content, emptyDatabase(context));
+  }
+
+  function showList(): void {
+    if (wanted.list === "duplicates") void showDuplicates(content);
+    if (wanted.list === "selections") void selections.show(content);
   }
 
   /** Nothing to filter, to learn from or to compare yet: one step at a time. */
@@ -357,7 +371,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
         picks: readPicks(parameters),
         sort: parameters.get("sort") ?? "name",
         capture: parameters.get("capture") ?? "",
-        duplicates: parameters.get("show") === "duplicates",
+        list: LISTS.find((list) => list === parameters.get("show")) ?? "",
         grid: parameters.get("as") === "grid",
         place: placeOf(parameters),
       };
@@ -365,11 +379,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
       table = wanted.grid ? grid : listed;
       table.choose(wanted.capture || null);
       asGrid.setAttribute("aria-pressed", String(wanted.grid));
-      duplicates.setAttribute("aria-pressed", String(wanted.duplicates));
-      const key = JSON.stringify([wanted.typed, wanted.picks, wanted.sort, wanted.duplicates, wanted.grid]);
+      for (const list of LISTS) lists[list].setAttribute("aria-pressed", String(wanted.list === list));
+      const key = JSON.stringify([wanted.typed, wanted.picks, wanted.sort, wanted.list, wanted.grid]);
       if (key !== asked) {
         asked = key;
-        if (wanted.duplicates) void showDuplicates(content);
+        showList();
         void load();
       }
       showSide();
@@ -379,6 +393,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       if (news.kind !== "revision") return;
       showNotice();
       context.motions.forget();
+      if (wanted.list === "selections") showList();
       void load();
       void picking.check().catch(context.fail);
       void refreshUndo();

@@ -8,6 +8,7 @@ import { fill, h, type Child } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askLine, askWhether } from "../../parts/asking.ts";
 import { download, downloadButtons, downloadMenu, type FileFormat } from "../../parts/download.ts";
+import { askSelection } from "../../parts/selecting.ts";
 import { faultState } from "../../parts/states.ts";
 import { interval, seconds } from "../../parts/text.ts";
 import { makeTake } from "../../take/take.ts";
@@ -88,6 +89,8 @@ export function makeDetails(
     go(routeTo("search", { like: ref(), start: part[0].toFixed(3), end: part[1].toFixed(3) }));
   const compareThis = (part: Interval): void =>
     go(addressWith([{ ref: ref(), start: part[0], end: part[1] }]));
+  const selectThis = (part: Interval): void =>
+    askSelection(context, [{ ref: ref(), start: part[0], end: part[1] }], `${name}, ${interval(...part)}`);
   let loading = false;
   let timer = 0;
   const take = makeTake(context, {
@@ -97,6 +100,7 @@ export function makeDetails(
       ...(context.status().read_only ? [] : [{ label: "Write words", run: writeWords }]),
       { label: "Search with this part", run: likeThis },
       { label: "Compare this part", run: compareThis },
+      ...(context.status().read_only ? [] : [{ label: "Add to a selection…", run: selectThis }]),
     ],
     partMore: downloadMenu(
       "Download this part",

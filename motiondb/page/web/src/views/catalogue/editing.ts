@@ -59,9 +59,13 @@ export function makeWordsActions(
       const answer = await post<WordsUndone>("/api/undo", {});
       edited(answer.capture, answer.words);
       const more = answer.captures > 1 ? ` and ${answer.captures - 1} more` : "";
-      const what = { words: "edit of words", tags: "edit of tags", name: "new name", removal: "removal" }[
-        answer.what
-      ];
+      const what = {
+        words: "edit of words",
+        tags: "edit of tags",
+        selection: "change of a selection",
+        name: "new name",
+        removal: "removal",
+      }[answer.what];
       context.notify(`The last ${what ?? "edit"} of ${answer.capture}${more} is undone.`);
       void context.refresh().catch(context.fail);
     } catch (fault) {

@@ -56,9 +56,10 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
   function show(): void {
     if (!last) return;
     const { facets, picks } = last;
-    // A column with one value cannot narrow anything down.
+    // A column with one value cannot narrow anything down; a selection can.
     const useful = facets.filter(
-      ({ column, values }) => values.length > 1 || picks.some((pick) => pick.column === column),
+      ({ column, values }) =>
+        values.length > 1 || column === "selection" || picks.some((pick) => pick.column === column),
     );
     fill(
       element,

@@ -1,11 +1,12 @@
 /** Several captures at once: which are chosen, and what is done with them. */
 
 import { isAbort, post } from "../../api/client.ts";
-import type { CapturesChanged } from "../../api/types.ts";
+import type { CapturesChanged, Part } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { askLine, askWhether } from "../../parts/asking.ts";
 import { download, downloadButtons, type FileFormat } from "../../parts/download.ts";
+import { askSelection } from "../../parts/selecting.ts";
 import { plural } from "../../parts/text.ts";
 import type { Context } from "../view.ts";
 import { askNames } from "./renaming.ts";
@@ -76,6 +77,9 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
           button("plain", "Licence…", () =>
             ask("Set the licence", "The licence of all of them", "CC0-1.0", setLicence),
           ),
+          button("plain", "Add to a selection…", () =>
+            askSelection(context, refs(), plural(chosen.size, "capture")),
+          ),
           button("plain", "Rename…", () => rename()),
           button("plain", "Remove…", () => void removeAll()),
         ]
@@ -124,6 +128,7 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
   }
 
   const names = (): string[] => [...chosen];
+  const refs = (): Part[] => names().map((name) => ({ ref: `capture:${name}` }));
   const addWords = (words: string): Promise<void> => change("words", { captures: names(), words }, "Words");
   const setLicence = (licence: string): Promise<void> =>
     change("tags", { captures: names(), tags: { licence } }, "Licence");
@@ -162,10 +167,7 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
 
   async function save(format: FileFormat): Promise<void> {
     try {
-      await download(
-        names().map((name) => ({ ref: `capture:${name}` })),
-        format,
-      );
+      await download(refs(), format);
     } catch (fault) {
       context.fail(fault);
     }

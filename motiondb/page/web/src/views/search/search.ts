@@ -16,6 +16,7 @@ import { searchByFile } from "./by_file.ts";
 import { makeExample, type Example } from "./example.ts";
 import { decodingElement, questionElement } from "./question.ts";
 import { makePathField } from "./path.ts";
+import { makeRhythmField } from "./rhythm.ts";
 import { makeSelection } from "./selection.ts";
 
 interface Wanted {
@@ -28,11 +29,27 @@ interface Wanted {
   exact: string;
   symbols: string;
   path: string;
+  rhythm: string;
 }
 
 /** Milliseconds after which a question that is not answered yet says so. */
 const UNSAID = 150;
-const NAMES = ["q", "like", "start", "end", "where", "limit", "exact", "symbols", "path"] as const;
+const NAMES = ["q", "like", "start", "end", "where", "limit", "exact", "symbols", "path", "rhythm"] as const;
+/** What is searched beside words: its route, what it is called there, and what is said of it. */
+const BESIDE = {
+  path: {
+    route: "/api/along",
+    parameter: "path",
+    looks: "Looking for who goes along it…",
+    said: "along the path under Options, anywhere and in any direction",
+  },
+  rhythm: {
+    route: "/api/rhythm",
+    parameter: "taps",
+    looks: "Looking for who steps in it…",
+    said: "in the rhythm under Options, at any moment, .8 to 1.25 times as fast",
+  },
+} as const;
 
 export function open(host: HTMLElement, context: Context): OpenView {
   let wanted = {} as Wanted;
@@ -56,6 +73,10 @@ export function open(host: HTMLElement, context: Context): OpenView {
   const exact = h("input", { type: "checkbox", id: "search-exact" });
   const symbols = h("input", { type: "checkbox", id: "search-symbols" });
   const path = makePathField("search-path", () => form.requestSubmit());
+  const rhythm = makeRhythmField("search-rhythm", () => {
+    path.value = ""; // one of both is searched
+    form.requestSubmit();
+  });
   const understood = h("div", { "aria-live": "polite" });
   const waiting = h("p", { class: "muted", role: "status" });
   const exampleBox = h("div", { class: "example-box" });
@@ -93,6 +114,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
         ),
       ),
       h("div", {}, h("label", { for: "search-path" }, "Along a path"), path.element),
+      h("div", {}, h("label", { for: "search-rhythm" }, "In a rhythm"), rhythm.element),
     ),
     h("button", { class: "button plain", type: "submit" }, "Search again"),
   );
@@ -116,7 +138,12 @@ export function open(host: HTMLElement, context: Context): OpenView {
       exact: exact.checked ? "1" : "",
       symbols: symbols.checked ? "1" : "",
     };
-    if (wanted.q || path.value) go(routeTo("search", { q: wanted.q, ...options, path: path.value }));
+    // of both, the one that was given last
+    const beside =
+      path.value && (path.value !== wanted.path || !rhythm.value || rhythm.value === wanted.rhythm)
+        ? { path: path.value }
+        : { rhythm: rhythm.value };
+    if (wanted.q || path.value || rhythm.value) go(routeTo("search", { q: wanted.q, ...options, ...beside }));
     else if (wanted.like)
       go(
         routeTo("search", {
@@ -147,12 +174,14 @@ export function open(host: HTMLElement, context: Context): OpenView {
     abort.abort();
     abort = new AbortController();
     const { signal } = abort;
-    if (!wanted.q && !wanted.like && !wanted.path) return replace(routeTo("catalogue")); // the unfiltered answer
+    const kind = wanted.path ? "path" : wanted.rhythm ? "rhythm" : null;
+    const beside = kind && BESIDE[kind];
+    if (!wanted.q && !wanted.like && !beside) return replace(routeTo("catalogue")); // the unfiltered answer
     busy(true);
     if (!wanted.q) understood.replaceChildren(); // the chips of another question
     const late = setTimeout(() => {
       answers.wait();
-      const others = wanted.path ? "Looking for who goes along it…" : "Looking for others that move like it…";
+      const others = beside?.looks ?? "Looking for others that move like it…";
       fill(waiting, wanted.q ? `Looking for “${wanted.q}”…` : others);
     }, UNSAID);
     const told = (): void => {
@@ -162,14 +191,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
     signal.addEventListener("abort", told);
     try {
       const rest = { where: filterOf(wanted.where), limit: wanted.limit || "10" };
-      if (wanted.path) {
-        const asked = { path: wanted.path, words: wanted.q, ...rest };
-        const answer = await get<LikeReply>("/api/along", asked, signal);
-        const said = wanted.q ? `Read as: ${answer.read_as}; along the path` : "Along the path";
-        fill(
-          understood,
-          h("p", { class: "small muted" }, `${said} under Options, anywhere and in any direction`),
-        );
+      if (beside) {
+        const asked = { [beside.parameter]: wanted[kind!], words: wanted.q, ...rest };
+        const answer = await get<LikeReply>(beside.route, asked, signal);
+        const read = wanted.q ? `Read as: ${answer.read_as}; ` : "Answers are ";
+        fill(understood, h("p", { class: "small muted" }, `${read}${beside.said}`));
         answers.show(answer, wanted.where !== "");
       } else if (wanted.q) {
         const answer = await get<SearchReply>(...wordsQuery(new URLSearchParams({ ...wanted })), signal);
@@ -236,7 +262,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
       exact.checked = wanted.exact !== "";
       symbols.checked = wanted.symbols !== "";
       path.value = wanted.path;
-      if (wanted.where || wanted.exact || wanted.symbols || wanted.path) more.open = true;
+      rhythm.value = wanted.rhythm;
+      if (wanted.where || wanted.exact || wanted.symbols || wanted.path || wanted.rhythm) more.open = true;
       const key = JSON.stringify(wanted);
       if (key === asked) return;
       asked = key;
@@ -249,6 +276,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     close() {
       endDrops();
       abort.abort();
+      rhythm.close();
       context.stage.rest(false);
       answers.clear();
       example?.close();

@@ -1,9 +1,10 @@
 /** Answers that were selected, and the bar that downloads them. */
 
-import type { ShownMatch } from "../../api/types.ts";
+import type { Part, ShownMatch } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { download, downloadButtons, type FileFormat } from "../../parts/download.ts";
+import { askSelection } from "../../parts/selecting.ts";
 import { plural } from "../../parts/text.ts";
 import { go } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
@@ -27,6 +28,11 @@ export function makeSelection(context: Context): Selection {
     { class: "selection-bar", role: "region", "aria-label": "Selected answers", hidden: true },
     count,
     compareButton,
+    context.status().read_only
+      ? null
+      : button("plain", "Add to a selection…", () =>
+          askSelection(context, items(), plural(chosen.size, "answer")),
+        ),
     downloadButtons(context.status().writes, (format) => void save(format), false),
     h("label", { class: "check", for: "whole-takes" }, whole, "whole takes"),
     button("link", "Clear", () => {
@@ -35,12 +41,12 @@ export function makeSelection(context: Context): Selection {
     }),
   );
 
+  const items = (): Part[] =>
+    [...chosen.values()].map(({ ref, start, end }) => (whole.checked ? { ref } : { ref, start, end }));
+
   async function save(format: FileFormat): Promise<void> {
-    const items = [...chosen.values()].map(({ ref, start, end }) =>
-      whole.checked ? { ref } : { ref, start, end },
-    );
     try {
-      await download(items, format);
+      await download(items(), format);
     } catch (fault) {
       context.fail(fault);
     }
