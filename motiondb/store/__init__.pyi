@@ -121,8 +121,15 @@ from .catalogue.edits import (
     load_edits as load_edits,
 )
 from .catalogue.edits import (
+    load_trash as load_trash,
+)
+from .catalogue.edits import (
     noting_edits as noting_edits,
 )
+from .catalogue.edits import (
+    restore_captures as restore_captures,
+)
+from .catalogue.faulty import KnownFile as KnownFile
 from .catalogue.faulty import (
     NotSaved as NotSaved,
 )
@@ -132,9 +139,11 @@ from .catalogue.faulty import (
 from .catalogue.faulty import (
     load_faulty as load_faulty,
 )
+from .catalogue.faulty import load_known_files as load_known_files
 from .catalogue.faulty import (
     load_same_files as load_same_files,
 )
+from .catalogue.faulty import save_known_files as save_known_files
 from .catalogue.faulty import (
     save_not_saved as save_not_saved,
 )
@@ -156,9 +165,6 @@ from .catalogue.generated import (
 from .catalogue.joined_rows import (
     FileRows as FileRows,
 )
-from .catalogue.known_files import KnownFile as KnownFile
-from .catalogue.known_files import load_known_files as load_known_files
-from .catalogue.known_files import save_known_files as save_known_files
 from .catalogue.names import (
     check_new_name as check_new_name,
 )
@@ -206,12 +212,6 @@ from .catalogue.sources import (
 )
 from .catalogue.sources import (
     load_source as load_source,
-)
-from .catalogue.trash import (
-    load_trash as load_trash,
-)
-from .catalogue.trash import (
-    restore_captures as restore_captures,
 )
 from .catalogue.where import (
     CAPTION as CAPTION,
@@ -274,6 +274,9 @@ from .connection.migrations import motiondb_version as motiondb_version
 from .connection.opening import (
     open_store as open_store,
 )
+from .connection.opening import (
+    somebody_waits as somebody_waits,
+)
 from .connection.transactions import (
     check_writable as check_writable,
 )
@@ -288,9 +291,6 @@ from .connection.transactions import (
 )
 from .connection.transactions import (
     transaction as transaction,
-)
-from .connection.turns import (
-    somebody_waits as somebody_waits,
 )
 from .grammars import (
     Derivation as Derivation,

@@ -21,8 +21,7 @@ from motiondb.database.catalogue.processes import in_processes
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.own_files import WRITER
 from motiondb.files.safe_files import output_file
-from motiondb.quality import boxes
-from motiondb.quality.assess import assess
+from motiondb.quality.assess import assess, to_mjcf, to_values
 from motiondb.quality.measured import MOST_FPS
 from motiondb.quality.rates import performer_rate
 from motiondb.records import MOTION_FPS, CaptureInfo, Clip, FloatArray, Quality
@@ -246,9 +245,9 @@ def write_boxes(session: Session, found: Mapping[str, Quality], path: Path) -> N
         info = store.load_capture(session.store, name)
         up = up_axis(load_clip(session, name), added_joint_map(session, info))
         if path.suffix.lower() == ".xml":
-            text = boxes.to_mjcf(quality.findings, up, name)
+            text = to_mjcf(quality.findings, up, name)
         rows.append(
-            {"capture": name, "up": up, "unit": "m", "boxes": boxes.to_values(quality.findings, up)}
+            {"capture": name, "up": up, "unit": "m", "boxes": to_values(quality.findings, up)}
         )
     with output_file(path) as draft:
         values = {"written_by": WRITER, "captures": rows}

@@ -11,7 +11,7 @@ from motiondb.body.kinematics import clip_positions
 from motiondb.database.catalogue.exporting import MotionChanges, changed
 from motiondb.database.catalogue.parts import check_new_folder
 from motiondb.files import humanml3d
-from motiondb.files.own_rigs import own_rig
+from motiondb.files.rigs import own_rig
 from motiondb.files.sheet_writer import write_table
 from motiondb.files.whole_folders import whole_folder
 from motiondb.generate.onto import onto
