@@ -377,9 +377,9 @@ class Captures(Topic):
         these give (``new_joints``), captions (``texts``), ``Mean.npy`` and ``Std.npy``; see
         :mod:`motiondb.files.humanml3d`. ``where``: a filter, the name of a capture, or names.
         """
-        from motiondb.database.catalogue import data_sets
+        from motiondb.database.catalogue import exporting
 
-        return data_sets.write_humanml3d(self.session, self._of(where), Path(folder))
+        return exporting.write_humanml3d(self.session, self._of(where), Path(folder))
 
     def gait(
         self,

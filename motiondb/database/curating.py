@@ -26,8 +26,8 @@ from motiondb.database.catalogue.parts import check_new_folder, write_bytes
 from motiondb.database.values import seeded
 from motiondb.errors import NotLearnedError, QueryError
 from motiondb.files.own_files import WRITER
+from motiondb.files.safe_files import whole_folder
 from motiondb.files.sheet_writer import write_table
-from motiondb.files.whole_folders import whole_folder
 from motiondb.language.vocabulary import words_of
 from motiondb.learn.learned import performers_of
 from motiondb.records import Caption, CaptureInfo, FloatArray, IntArray, Quality

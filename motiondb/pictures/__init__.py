@@ -1,9 +1,7 @@
 """Pictures of motions, symbols and answers: PNG, and animations as GIF."""
 
 from motiondb.pictures.animation import draw_animation, draw_animations
-from motiondb.pictures.comparison import comparison_figure
-from motiondb.pictures.coverage import Grid, coverage_figure
-from motiondb.pictures.gait import gait_figure
+from motiondb.pictures.charts import Grid, comparison_figure, coverage_figure, gait_figure
 from motiondb.pictures.ghosts import ghosts_figure
 from motiondb.pictures.hits import hits_figure
 from motiondb.pictures.scenes import draw_scene_animation, scene_paths_figure

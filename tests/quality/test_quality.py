@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from motiondb.body import body
-from motiondb.quality.assess import assess, to_mjcf, to_values, turned
+from motiondb.quality.assess import assess, performer_rate, speed_of, to_mjcf, to_values, turned
 from motiondb.quality.measured import joined, measure, smoothed
-from motiondb.quality.rates import performer_rate, speed_of
 from motiondb.quality.supports import outside
 from motiondb.records import Box, Finding, FloatArray, Quality
 

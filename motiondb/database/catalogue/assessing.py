@@ -17,13 +17,12 @@ from motiondb.body.joint_names import joint_map
 from motiondb.body.retarget import keypoints_of, up_axis
 from motiondb.database.catalogue.exporting import added_joint_map, joint_map_of, load_clip
 from motiondb.database.catalogue.file_reading import read_source, stored_options
-from motiondb.database.catalogue.processes import in_processes
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.own_files import WRITER
+from motiondb.files.processes import in_processes
 from motiondb.files.safe_files import output_file
-from motiondb.quality.assess import assess, to_mjcf, to_values
+from motiondb.quality.assess import assess, performer_rate, to_mjcf, to_values
 from motiondb.quality.measured import MOST_FPS
-from motiondb.quality.rates import performer_rate
 from motiondb.records import MOTION_FPS, CaptureInfo, Clip, FloatArray, Quality
 
 if TYPE_CHECKING:

@@ -32,8 +32,7 @@ from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.formats import read_capture
 from motiondb.files.gltf_writer import Character, write_gltf_scene
 from motiondb.files.json_text import to_record
-from motiondb.files.safe_files import check_output, read_bounded_text
-from motiondb.files.whole_folders import unwritable
+from motiondb.files.safe_files import check_output, read_bounded_text, unwritable
 from motiondb.pictures.scenes import performer_colours
 from motiondb.records import MOTION_FPS, Clip, IntArray, Motion
 from motiondb.scene.language.activity import Thing

@@ -33,8 +33,8 @@ from motiondb.files.limits import (
     check_rate,
 )
 from motiondb.files.readers.array_files import frames_left_out
+from motiondb.files.readers.first_bytes import ANGLE, cells_of, other_kind, read_head, some_names
 from motiondb.files.readers.markers import MarkerTracks
-from motiondb.files.readers.opensim_head import ANGLE, cells_of, other_kind, read_head, some_names
 from motiondb.files.readers.opensim_model import read_osim
 from motiondb.files.text import clean_bytes, decode, quoted
 from motiondb.records import Clip, FloatArray
