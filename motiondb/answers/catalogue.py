@@ -1,7 +1,4 @@
-"""Answers about captures: rows of the catalogue, facts, captions, events and files.
-
-The answer about a gait: events, cycles, measures and angles of a motion.
-"""
+"""Answers about captures: rows of the catalogue, facts, captions, events, files and gaits."""
 
 from __future__ import annotations
 

@@ -392,9 +392,9 @@ class Captures(Topic):
 
         ``png`` draws the strikes from above, and the angles of hip, knee and ankle over the cycle.
         """
-        from motiondb.database import gaits
+        from motiondb.database import showing
 
-        return gaits.gait_of(self.session, example, start, end, png)
+        return showing.gait_of(self.session, example, start, end, png)
 
     def features(
         self,

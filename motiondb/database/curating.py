@@ -22,11 +22,11 @@ from motiondb import answers, store
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, recognition_features
 from motiondb.curate import covering, pieces
 from motiondb.database.catalogue import assessing, exporting
-from motiondb.database.catalogue.parts import check_new_folder, write_bytes
+from motiondb.database.catalogue.parts import check_new_folder
 from motiondb.database.values import seeded
 from motiondb.errors import NotLearnedError, QueryError
 from motiondb.files.own_files import WRITER
-from motiondb.files.safe_files import whole_folder
+from motiondb.files.safe_files import whole_folder, write_bytes
 from motiondb.files.sheet_writer import write_table
 from motiondb.language.vocabulary import words_of
 from motiondb.learn.learned import performers_of

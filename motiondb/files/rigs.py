@@ -33,7 +33,7 @@ from motiondb.files.limits import AS_USUAL, guarded
 from motiondb.files.readers.amass import skeleton as smpl_skeleton
 from motiondb.files.readers.first_bytes import MODEL_ENDINGS
 from motiondb.files.readers.robot_model import read_robot
-from motiondb.files.safe_files import output_file
+from motiondb.files.safe_files import write_bytes
 from motiondb.records import Clip, FloatArray, Skeleton
 
 ENDINGS = (".bvh", ".fbx", ".glb", ".gltf", *MODEL_ENDINGS)  # Of files that hold a rig
@@ -256,8 +256,7 @@ def propose_joints(
         is_known = False
     roles = propose_map(skeleton)
     if output is not None:
-        with output_file(output) as draft:
-            draft.write_text(map_text(skeleton, Path(name).name), encoding="utf-8")
+        write_bytes(output, map_text(skeleton, Path(name).name).encode())
     missing = () if is_known else tuple(role for role in REQUIRED if role not in roles)
     return JointProposal(
         name,

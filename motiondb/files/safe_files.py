@@ -279,6 +279,13 @@ def output_file(path: Path, kind: type[MotionDBError] = MotionDBError) -> Iterat
         raise kind(reason + advice) from None
 
 
+def write_bytes(path: Path, data: bytes, kind: type[MotionDBError] = MotionDBError) -> Path:
+    """Write a file that a user names, whole or not at all."""
+    with output_file(path, kind) as draft:
+        draft.write_bytes(data)
+    return path
+
+
 def delete_all(*files: Path) -> None:
     """Delete those of the files that are there and may be deleted."""
     for file in files:

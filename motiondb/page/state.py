@@ -5,11 +5,10 @@ stored capture, ``upload:ID/FILE`` an uploaded file, ``made:ID`` a motion genera
 ``sequence:ID`` one from a grammar, ``scene:ID`` a scene that was made, ``kept:NAME`` a scene in the
 database. ``first:ID`` is the first motion of a scene that is being made or updated.
 
-The database, held only while requests are answered.
-
-DuckDB lets one process write or several read. The page holds the file only while it answers, so
-that commands can use the database as well; new requests wait while another process waits for the
-file. Loaded values stay in memory until the database changes.
+The database is held only while requests are answered. DuckDB lets one process write or several
+read. The page holds the file only while it answers, so that commands can use the database as well;
+new requests wait while another process waits for the file. Loaded values stay in memory until the
+database changes.
 """
 
 from __future__ import annotations

@@ -6,11 +6,16 @@ from motiondb.pictures.ghosts import ghosts_figure
 from motiondb.pictures.hits import hits_figure
 from motiondb.pictures.scenes import draw_scene_animation, scene_paths_figure
 from motiondb.pictures.space import space_figure
-from motiondb.pictures.strings import StringBar, TerminalCard, strings_figure
 from motiondb.pictures.strip import Timeline, strip_figure
 from motiondb.pictures.style import save_png
 from motiondb.pictures.tactics import tactics_figure
-from motiondb.pictures.trees import TreePicture, trees_figure
+from motiondb.pictures.trees import (
+    StringBar,
+    TerminalCard,
+    TreePicture,
+    strings_figure,
+    trees_figure,
+)
 
 __all__ = [
     "Grid",

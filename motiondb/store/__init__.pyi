@@ -7,6 +7,9 @@ from .catalogue.annotations import (
     load_events as load_events,
 )
 from .catalogue.annotations import (
+    load_quality as load_quality,
+)
+from .catalogue.annotations import (
     load_relations as load_relations,
 )
 from .catalogue.annotations import (
@@ -20,6 +23,9 @@ from .catalogue.annotations import (
 )
 from .catalogue.annotations import (
     save_events as save_events,
+)
+from .catalogue.annotations import (
+    save_quality as save_quality,
 )
 from .catalogue.annotations import (
     save_relations as save_relations,
@@ -147,21 +153,6 @@ from .catalogue.faulty import save_known_files as save_known_files
 from .catalogue.faulty import (
     save_not_saved as save_not_saved,
 )
-from .catalogue.generated import (
-    Provenance as Provenance,
-)
-from .catalogue.generated import (
-    SourceCapture as SourceCapture,
-)
-from .catalogue.generated import (
-    load_provenance as load_provenance,
-)
-from .catalogue.generated import (
-    save_provenance as save_provenance,
-)
-from .catalogue.generated import (
-    to_provenance as to_provenance,
-)
 from .catalogue.joined_rows import (
     FileRows as FileRows,
 )
@@ -170,12 +161,6 @@ from .catalogue.names import (
 )
 from .catalogue.parquet_files import (
     load_parquet_files as load_parquet_files,
-)
-from .catalogue.quality import (
-    load_quality as load_quality,
-)
-from .catalogue.quality import (
-    save_quality as save_quality,
 )
 from .catalogue.runs import (
     copy_run as copy_run,
@@ -202,6 +187,12 @@ from .catalogue.runs import (
     start_run as start_run,
 )
 from .catalogue.sources import (
+    Provenance as Provenance,
+)
+from .catalogue.sources import (
+    SourceCapture as SourceCapture,
+)
+from .catalogue.sources import (
     fill_in as fill_in,
 )
 from .catalogue.sources import (
@@ -211,7 +202,16 @@ from .catalogue.sources import (
     load_packed_source as load_packed_source,
 )
 from .catalogue.sources import (
+    load_provenance as load_provenance,
+)
+from .catalogue.sources import (
     load_source as load_source,
+)
+from .catalogue.sources import (
+    save_provenance as save_provenance,
+)
+from .catalogue.sources import (
+    to_provenance as to_provenance,
 )
 from .catalogue.where import (
     CAPTION as CAPTION,

@@ -20,7 +20,7 @@ from motiondb.database.catalogue.file_reading import read_source, stored_options
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.own_files import WRITER
 from motiondb.files.processes import in_processes
-from motiondb.files.safe_files import output_file
+from motiondb.files.safe_files import write_bytes
 from motiondb.quality.assess import assess, performer_rate, to_mjcf, to_values
 from motiondb.quality.measured import MOST_FPS
 from motiondb.records import MOTION_FPS, CaptureInfo, Clip, FloatArray, Quality
@@ -248,9 +248,8 @@ def write_boxes(session: Session, found: Mapping[str, Quality], path: Path) -> N
         rows.append(
             {"capture": name, "up": up, "unit": "m", "boxes": to_values(quality.findings, up)}
         )
-    with output_file(path) as draft:
-        values = {"written_by": WRITER, "captures": rows}
-        draft.write_text(text or json.dumps(values, indent=1), encoding="utf-8")
+    values = {"written_by": WRITER, "captures": rows}
+    write_bytes(path, (text or json.dumps(values, indent=1)).encode())
 
 
 def draw_quality(session: Session, name: str, path: str | Path | None) -> Path | Figure:

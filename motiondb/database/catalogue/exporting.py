@@ -31,16 +31,15 @@ from motiondb.database.catalogue.parts import check_new_folder
 from motiondb.database.session import Session
 from motiondb.errors import CaptureError, QueryError, SkeletonError
 from motiondb.files import humanml3d, packed_files
-from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
+from motiondb.files.arrays import ARRAY_ENDINGS, ROBOT_ENDINGS, write_arrays, write_robot
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
 from motiondb.files.readers.first_bytes import MODEL_ENDINGS
 from motiondb.files.rigs import own_rig, read_model, read_rig
-from motiondb.files.robot_writer import ROBOT_ENDINGS, write_robot
-from motiondb.files.safe_files import whole_folder
+from motiondb.files.safe_files import whole_folder, write_bytes
 from motiondb.files.sheet_writer import write_table
 from motiondb.files.units import UNITS
-from motiondb.generate.loops import Loop, looped
+from motiondb.generate.cycles import Cycle, looped
 from motiondb.generate.material import SequenceMotion
 from motiondb.generate.onto import at_rest, onto
 from motiondb.generate.onto_hinges import FittedRobot, onto_robot
@@ -255,7 +254,7 @@ def change_sequence(made: SequenceMotion, asked: MotionChanges) -> ChangedSequen
     return ChangedSequence(part, done.said, first)
 
 
-def _say_loop(loop: Loop) -> list[str]:
+def _say_loop(loop: Cycle) -> list[str]:
     """Say what was done to close a cycle."""
     travel = f"it travels {loop.travel:.2f} m" if loop.travel > 0.01 else "it stays where it is"
     if abs(loop.turning) > math.radians(0.5):
@@ -396,7 +395,7 @@ def _map_of(rig: Clip, path: Path, asked: MotionChanges) -> Mapping[str, str]:
         if proposal.exists():
             place = f"{proposal} exists already and stays as it is"
         else:
-            parts.write_bytes(proposal, text.encode())
+            write_bytes(proposal, text.encode())
             place = f"A proposal was written to {proposal}"
         raise SkeletonError(
             f"{asked.onto}: {error} {place}: check it, and pass --joint-map {proposal}."
@@ -438,8 +437,8 @@ def write_added(
     if skeleton is not None and source.skeleton_data is not None:
         check_overwriting(path)  # both files or none
         check_overwriting(skeleton)
-        parts.write_bytes(skeleton, source.skeleton_data)
-    parts.write_bytes(path, source.data)
+        write_bytes(skeleton, source.skeleton_data)
+    write_bytes(path, source.data)
     if source.take:
         said = (f"the file holds all of its takes; this capture is {source.take}",)
     return Exported(info.name, path, info.fps, info.n_frames, unit_name(unit), True, said, skeleton)
@@ -525,7 +524,7 @@ def write_match(session: Session, match: Match, path: Path, question: str) -> Ma
         "made_of": [vars(source) for source in sources],
     }
     beside = provenance_path(path)
-    parts.write_bytes(beside, json.dumps(to_json(origin), indent=1).encode())
+    write_bytes(beside, json.dumps(to_json(origin), indent=1).encode())
     return MatchFile(match.rank, match.capture, path, beside, licence)
 
 

@@ -1,7 +1,6 @@
 """Which reader reads the arrays of an .npz, .npy, .pkl or .csv file, by what they are called.
 
-Tables (CSV) with the motion of a robot: with names of columns in any order, or without.
-
+Tables (CSV) with the motion of a robot have names of columns in any order, or none.
 Without names: root x y z, quaternion x y z w, joints; a number or time of the frame may stand
 before. Names with angles of the root in place of a quaternion are those of BONES-SEED.
 

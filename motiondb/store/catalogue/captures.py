@@ -31,10 +31,15 @@ from motiondb.errors import QueryError, StoreError, suggestion
 from motiondb.files.packed_files import Source
 from motiondb.files.safe_files import odd_kind
 from motiondb.records import POSE_STEP, Caption, CaptureInfo, Float32Array, Motion
-from motiondb.store.catalogue.annotations import add_captions, add_tags, load_captions
+from motiondb.store.catalogue.annotations import (
+    UNMEASURED,
+    add_captions,
+    add_tags,
+    load_captions,
+    load_measured,
+)
 from motiondb.store.catalogue.edits import OWN_TABLES, put_in_trash
 from motiondb.store.catalogue.parquet_files import load_part
-from motiondb.store.catalogue.quality import UNMEASURED, load_measured
 from motiondb.store.catalogue.where import (
     COLUMNS,
     NOTHING,

@@ -1,8 +1,7 @@
-"""Files that ``add`` did not save: those that it could not read, and those of known content.
+"""Files that ``add`` has read, and those that it did not save: unreadable, or of known content.
 
-What is noted of a folder is replaced when the folder is added again.
-
-Files that ``add`` has read, as they were then; what the texts hold is for ``add`` to say.
+What is noted of a folder is replaced when the folder is added again. Files that were read are kept
+as they were then; what the texts hold is for ``add`` to say.
 """
 
 from __future__ import annotations
