@@ -118,7 +118,8 @@ def _elan(path: Path, header: Sequence[str] | None, rows: Rows) -> list[Annotati
         if header is not None:
             row = dict(zip(header, cells))
             start, end = (_seconds(_time_cell(row, which), path, line) for which in _ENDS)
-            texts = [value for key, value in row.items() if value and not _is_about(key)]
+            told = [key for key in row if key not in _ABOUT and not key.startswith(_TIMES)]
+            texts = [row[key] for key in told if row[key]]
             named = [row.get(key, "") for key in ("file path", "file", "file name")]
         else:
             clocks = [cell for cell in cells if _CLOCK.fullmatch(cell)]
@@ -140,6 +141,7 @@ def _elan(path: Path, header: Sequence[str] | None, rows: Rows) -> list[Annotati
 
 
 _ENDS = ("begin time", "end time")
+_TIMES = (*_ENDS, "duration")  # How columns of times begin
 
 
 def _time_cell(row: Mapping[str, str], which: str) -> str:
@@ -150,10 +152,6 @@ def _time_cell(row: Mapping[str, str], which: str) -> str:
     value = row.get(f"{which} - msec", "")
     milliseconds = number(value)
     return value if milliseconds is None else f"{milliseconds / 1000.0:.6f}"
-
-
-def _is_about(column: str) -> bool:
-    return column in _ABOUT or column.startswith((*_ENDS, "duration"))
 
 
 def _is_comment(cells: Sequence[str]) -> bool:

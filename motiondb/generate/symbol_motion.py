@@ -130,7 +130,12 @@ def decode_actions(
     decodings = []
     seconds = typical_seconds(learned, actions)
     for number, action in enumerate(actions):
-        clear = _clarity(learned, action)
+        clear = symbol_clarity(
+            learned.segment_probabilities,
+            word_numbers(learned, action),
+            learned.segments.symbols,
+            learned.symbols.n_symbols,
+        )
         banned = list(avoided[number]) if avoided else []
         clear[banned] = 0.0
         association = _shown_association(learned, action, clear)
@@ -190,16 +195,6 @@ def word_numbers(learned: Learned, action: Sequence[str]) -> IntArray:
     """Numbers of an action's words, each once."""
     numbers = dict.fromkeys(learned.word_numbers[w] for w in action)
     return np.array(list(numbers), dtype=np.int64)
-
-
-def _clarity(learned: Learned, action: Sequence[str]) -> FloatArray:
-    """How clearly every symbol shows an action's words: array (symbols, different words)."""
-    return symbol_clarity(
-        learned.segment_probabilities,
-        word_numbers(learned, action),
-        learned.segments.symbols,
-        learned.symbols.n_symbols,
-    )
 
 
 def _count_symbols(learned: Learned, clear: FloatArray, seconds: float) -> int:

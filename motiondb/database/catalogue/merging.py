@@ -165,7 +165,11 @@ class _Merging:
         all_captions = tuple(dict.fromkeys((*old_captions, *captions)))
         all_events = {*old_events, *events}
         tags = {**info.tags, **here.tags}
-        self.notes += _other_values(here, info.tags)
+        self.notes += [
+            f"{here.name}: {key} stays {here.tags[key]!r}; the other database has {value!r}"
+            for key, value in info.tags.items()
+            if here.tags.get(key, value) != value
+        ]
         if is_worded := all_captions != old_captions:
             store.save_captions(self.opened, here.capture_id, all_captions)
         if is_marked := all_events != set(old_events):
@@ -185,15 +189,6 @@ class _Merging:
         if number not in self.copied:
             self.copied[number] = store.copy_run(self.opened, self.runs[number])
         return self.copied[number]
-
-
-def _other_values(here: CaptureInfo, tags: Mapping[str, str]) -> list[str]:
-    """A sentence for every tag that has another value in the other database."""
-    return [
-        f"{here.name}: {key} stays {here.tags[key]!r}; the other database has {value!r}"
-        for key, value in tags.items()
-        if here.tags.get(key, value) != value
-    ]
 
 
 def _left_out(other: store.Store) -> list[str]:

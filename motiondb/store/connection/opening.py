@@ -136,7 +136,8 @@ def _connect_current(
         sweep_drafts(path.parent, re.escape(draft_stem(path)))
         if not read_only:
             _limit_joining(connection, path)
-            _sweep_copies(path)
+            for left in path.parent.glob(f"{glob.escape(beside(path, COPY).name)}*"):
+                delete_all(left)  # a copy of a killed ``compact``; none can run beside a writer
             _sweep_spilled(path)
             somebody_waits(path)  # removes the note of a process that was killed while it waited
     except duckdb.Error as error:
@@ -223,12 +224,6 @@ def _create(path: Path) -> None:
             f"{path}: expected to make a new database, found: {reason} "
             "Look at the folder's permissions and at the disk."
         ) from error
-
-
-def _sweep_copies(path: Path) -> None:
-    """Delete copies that a killed ``compact`` left; for a writer, beside whom none can run."""
-    for left in path.parent.glob(f"{glob.escape(beside(path, COPY).name)}*"):
-        delete_all(left)
 
 
 def _sweep_spilled(path: Path) -> None:
