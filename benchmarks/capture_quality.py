@@ -28,9 +28,8 @@ from motiondb.body.joint_names import joint_map
 from motiondb.body.retarget import keypoints_of
 from motiondb.errors import MotionDBError
 from motiondb.files.formats import read_capture
-from motiondb.quality.assess import assess
+from motiondb.quality.assess import assess, flights, speed_of
 from motiondb.quality.measured import measure
-from motiondb.quality.rates import flights, speed_of
 from motiondb.records import FAULT, FILE, NEEDS, FloatArray, Quality
 
 DEVELOPMENT = {"01", "05", "07", "14", "16"}

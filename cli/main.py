@@ -32,8 +32,7 @@ COMMANDS = {
     "keeping": ("check", "rescue", "info", "compact", "knowledge"),
     "grammars": ("grammar",),
     "scenes": ("scene",),
-    "serving": ("serve",),
-    "mcp": ("mcp",),
+    "serving": ("serve", "mcp"),
 }
 """Module -> its commands and groups. A command's module alone is loaded: all take .1 s."""
 

@@ -1,3 +1,3 @@
--- Poses may be packed as integers (motiondb/store/poses.py), which older versions cannot unpack. The
+-- Poses may be packed as integers (motiondb/store/catalogue/captures.py), which older versions cannot unpack. The
 -- tables stay as they are; poses that were packed before are read as they were.
 UPDATE meta SET value = value WHERE key = 'schema';

@@ -116,7 +116,7 @@ CREATE TABLE synonym (
 
 -- The motion on the canonical body at 30 frames a second. A pose has 87 numbers: root position x y z
 -- in metres, then the 21 joints' local rotations, each a unit quaternion w x y z; those of captures
--- are multiples of 2^-17. They are packed without loss (motiondb/store/poses.py).
+-- are multiples of 2^-17. They are packed without loss (motiondb/store/catalogue/captures.py).
 CREATE TABLE motion (
     capture_id BIGINT NOT NULL,
     n_frames BIGINT NOT NULL,

@@ -39,7 +39,7 @@ import psutil
 from rights import as_others
 
 from motiondb.errors import MotionDBError
-from motiondb.files.parent_process import end_with_parent
+from motiondb.files.processes import end_with_parent
 from motiondb.store.connection import opening
 from robustness_tasks.model_verbs import DB, Hand
 from robustness_tasks.plain_model import DONE, REFUSED, UNKNOWN

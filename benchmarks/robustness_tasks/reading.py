@@ -207,7 +207,7 @@ def _opened(path: Path) -> MotionDB:
 
 
 def _read_page(data: bytes, _place: Place) -> object:
-    from motiondb.fetch.cmu_files import check_amc, check_asf, read_trials
+    from motiondb.fetch.cmu import check_amc, check_asf, read_trials
 
     check_amc(data)
     check_asf(data)

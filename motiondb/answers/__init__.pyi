@@ -25,6 +25,9 @@ from .catalogue import (
     FaultyFile as FaultyFile,
 )
 from .catalogue import (
+    GaitReport as GaitReport,
+)
+from .catalogue import (
     Ghost as Ghost,
 )
 from .catalogue import (
@@ -179,9 +182,6 @@ from .database import (
 )
 from .database import (
     learned_summary as learned_summary,
-)
-from .gait import (
-    GaitReport as GaitReport,
 )
 from .grammars import (
     Alternative as Alternative,

@@ -144,16 +144,16 @@ def _seen(
     local_rotations: Float32Array, root_positions: Float32Array, bounds: IntArray
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Joints in the world and from above the pelvis, and headings, as angles and as rotations."""
-    from motiondb.body import feature_kernels  # compiled code, which a search does without
+    from motiondb.body import kernels  # compiled code, which a search does without
 
-    positions, rotations = feature_kernels.forward(
+    positions, rotations = kernels.forward(
         body.PARENTS, body.OFFSETS, local_rotations, root_positions
     )
-    axes = feature_kernels.mean_axes(rotations, TRUNK)
+    axes = kernels.mean_axes(rotations, TRUNK)
     parts = itertools.pairwise(bounds)
     heading = np.concatenate([_angle(*(axis[a:b] for axis in axes)) for a, b in parts])
     facing = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), -heading)
-    return positions, feature_kernels.relative_to_heading(positions, facing), heading, facing
+    return positions, kernels.relative_to_heading(positions, facing), heading, facing
 
 
 def _features(

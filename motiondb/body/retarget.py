@@ -46,7 +46,7 @@ _BONES = [("neck", "head", 0)] + [
     for joint, end in pairwise(limb)
 ]
 _SWINGS = np.array([(_I[joint], body.PARENTS[_I[joint]], _I[end], s) for joint, end, s in _BONES])
-"""(bones, 4), as :func:`.solving_kernels.solve` takes them."""
+"""(bones, 4), as :func:`.kernels.solve` takes them."""
 _TOE_HEIGHT = 0.02  # Height of the toe joint above the ground in a flat stance, metres
 _GROUND_PERCENTILE = 5
 """The ground is at this percentile of the lower foot's height over the frames: low enough for
@@ -174,7 +174,7 @@ def resample(points: FloatArray, fps: float) -> FloatArray:
 
 def solve_rotations(points: FloatArray) -> FloatArray:
     """Rotations (frames, 21, 4) that point the canonical bones like points (frames, 21, 3)."""
-    from motiondb.body.solving_kernels import solve  # compiled code
+    from motiondb.body.kernels import solve  # compiled code
 
     points = np.ascontiguousarray(points, dtype=np.float64)
     return solve(points, _TRUNK, _SWINGS, body.OFFSETS, _COLLAR_FROM_NECK)
@@ -280,10 +280,10 @@ def _compiled_forward(
     parents: IntArray, offsets: FloatArray, local: FloatArray, roots: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """As :func:`.kinematics.forward` of one skeleton for all frames, a tenth of the time."""
-    from motiondb.body import feature_kernels  # compiled code
+    from motiondb.body import kernels  # compiled code
 
     doubles = (np.ascontiguousarray(each, np.float64) for each in (offsets, local, roots))
-    return feature_kernels.forward(np.ascontiguousarray(parents, np.int64), *doubles)
+    return kernels.forward(np.ascontiguousarray(parents, np.int64), *doubles)
 
 
 def _end_offset(skeleton: Skeleton, end: int) -> FloatArray:

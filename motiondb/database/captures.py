@@ -365,9 +365,9 @@ class Captures(Topic):
         these give (``new_joints``), captions (``texts``), ``Mean.npy`` and ``Std.npy``; see
         :mod:`motiondb.files.humanml3d`. ``where``: a filter, the name of a capture, or names.
         """
-        from motiondb.database.catalogue import data_sets
+        from motiondb.database.catalogue import exporting
 
-        return data_sets.write_humanml3d(self.session, self._of(where), Path(folder))
+        return exporting.write_humanml3d(self.session, self._of(where), Path(folder))
 
     def gait(
         self,
@@ -380,9 +380,9 @@ class Captures(Topic):
 
         ``png`` draws the strikes from above, and the angles of hip, knee and ankle over the cycle.
         """
-        from motiondb.database import gaits
+        from motiondb.database import showing
 
-        return gaits.gait_of(self.session, example, start, end, png)
+        return showing.gait_of(self.session, example, start, end, png)
 
     def features(
         self,

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 
 from motiondb import store
 from motiondb.errors import MotionDBError, StoreError
-from motiondb.files.parent_process import end_with_parent, is_main_thread
+from motiondb.files.processes import end_with_parent, is_main_thread
 from motiondb.files.safe_files import check_file_name
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from motiondb.database.catalogue import assessing, exporting, packs
 from motiondb.database.catalogue.parts import check_new_folder
 from motiondb.database.values import seeded
 from motiondb.errors import NotLearnedError, QueryError
-from motiondb.files.whole_folders import whole_folder
+from motiondb.files.safe_files import whole_folder
 from motiondb.language.vocabulary import words_of
 from motiondb.learn.learned import performers_of
 from motiondb.records import Caption, CaptureInfo, FloatArray, IntArray, Quality

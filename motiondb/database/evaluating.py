@@ -73,16 +73,13 @@ class _Asking:
     """Who answers the questions."""
 
     held: _Held
-    workers: Workers | None  # None: this process, one question after the other
+    workers: Workers
 
     def each(
         self, ask: Callable[[Item, _Held], Result], items: Iterable[Item]
     ) -> Iterator[tuple[Item, Result]]:
         """Items with the answer to the question about each, in their order."""
         every = list(items)
-        if self.workers is None:
-            yield from ((item, ask(item, self.held)) for item in every)
-            return
         pieces = runs(every, self.workers.n_pieces())
         answers = self.workers.map(_ask_some, pieces, ask, self.held)
         yield from zip(every, (answer for part in answers for answer in part))
@@ -95,9 +92,7 @@ def _ask_some(
     return [ask(item, held) for item in items]
 
 
-def evaluate(
-    session: Session, where: str, tell: Tell, workers: Workers | None = None
-) -> Evaluation:
+def evaluate(session: Session, where: str, tell: Tell, workers: Workers) -> Evaluation:
     """Score words, captions, examples, intervals and descriptions of other captures."""
     with session.reading():
         held = _load(session, where, workers)
@@ -116,7 +111,7 @@ def evaluate(
         return Evaluation(where, n_learned, len(held.infos), tuple(scores), tuple(words))
 
 
-def _load(session: Session, where: str, workers: Workers | None) -> _Held:
+def _load(session: Session, where: str, workers: Workers) -> _Held:
     """Load the captures in question, which must not have been learned from."""
     opened, learned = session.store, session.learned
     infos = [i for i in store.load_captures(opened, where) if i.is_captured]
@@ -143,13 +138,9 @@ def _load(session: Session, where: str, workers: Workers | None) -> _Held:
             f"{len(infos)}. Give another filter with --where."
         )
     motions = {i.capture_id: store.load_motion(opened, i.capture_id) for i in infos}
-    if workers is None:
-        tables = [recognise_capture(learned, *each) for each in motions.items()]
-    else:
-        model = extended(LearnedModel, learned)
-        pieces = runs(list(motions.items()), workers.n_pieces())
-        cut = workers.map(_recognise_some, pieces, model)
-        tables = [table for part in cut for table in part]
+    pieces = runs(list(motions.items()), workers.n_pieces())
+    cut = workers.map(_recognise_some, pieces, extended(LearnedModel, learned))
+    tables = [table for part in cut for table in part]
     seen = replace(
         learned,
         segments=join_tables(learned.segments, *tables),

@@ -16,12 +16,13 @@ import numpy as np
 from motiondb import answers, pictures, store
 from motiondb.body.retarget import to_clip
 from motiondb.database.catalogue import exporting
-from motiondb.database.catalogue.parts import outside, write_bytes
+from motiondb.database.catalogue.parts import outside
 from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.files import packed_files
 from motiondb.files.bvh_writer import to_bvh
 from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
+from motiondb.files.safe_files import write_bytes
 from motiondb.generate.material import SequenceMotion
 from motiondb.records import MOTION_FPS, BoolArray, Caption, CaptureInfo, Motion
 from motiondb.tabled import Tabled

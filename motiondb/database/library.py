@@ -102,9 +102,9 @@ class Library(Topic):
         wait : float
             Seconds to wait for another process that holds the other database.
         """
-        from motiondb.database import differing
+        from motiondb.database.catalogue import merging
 
-        return differing.diff(self.session, self._infos(where), Path(other), wait, progress)
+        return merging.diff(self.session, self._infos(where), Path(other), wait, progress)
 
     def _bodies(self, where: Where) -> list[CaptureInfo]:
         """Captures of a body; markers without one show no motion."""

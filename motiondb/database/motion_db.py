@@ -364,7 +364,7 @@ class MotionDB(Library):
         from motiondb.database.evaluating import evaluate
 
         asked, tell = self.session.filter(where), progress or (lambda _what, _share: None)
-        return evaluate(self.session, asked, tell, workers)
+        return evaluate(self.session, asked, tell, workers or HERE)
 
     def is_learned(self) -> bool:
         """Whether the database has learned."""

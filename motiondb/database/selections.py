@@ -117,7 +117,7 @@ class Selections(Topic):
         all. ``ending``: a format that ``export`` writes.
         """
         from motiondb.database.catalogue import exporting, packs, parts
-        from motiondb.files.whole_folders import whole_folder
+        from motiondb.files.safe_files import whole_folder
 
         target, asked = Path(folder), changes or exporting.MotionChanges()
         ending = ending.removeprefix(".")

@@ -12,16 +12,14 @@ The Language Archive, "ELAN manual", section on tab-delimited text.
 
 from __future__ import annotations
 
-import csv
-import io
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from motiondb.errors import SheetError
-from motiondb.files.safe_files import output_file
-from motiondb.files.text import number, quoted
+from motiondb.files.safe_files import write_bytes
+from motiondb.files.text import csv_bytes, number, quoted
 from motiondb.records import Caption, Event
 
 Rows = Sequence[tuple[int, Sequence[str]]]
@@ -120,7 +118,8 @@ def _elan(path: Path, header: Sequence[str] | None, rows: Rows) -> list[Annotati
         if header is not None:
             row = dict(zip(header, cells))
             start, end = (_seconds(_time_cell(row, which), path, line) for which in _ENDS)
-            texts = [value for key, value in row.items() if value and not _is_about(key)]
+            told = [key for key in row if key not in _ABOUT and not key.startswith(_TIMES)]
+            texts = [row[key] for key in told if row[key]]
             named = [row.get(key, "") for key in ("file path", "file", "file name")]
         else:
             clocks = [cell for cell in cells if _CLOCK.fullmatch(cell)]
@@ -142,6 +141,7 @@ def _elan(path: Path, header: Sequence[str] | None, rows: Rows) -> list[Annotati
 
 
 _ENDS = ("begin time", "end time")
+_TIMES = (*_ENDS, "duration")  # How columns of times begin
 
 
 def _time_cell(row: Mapping[str, str], which: str) -> str:
@@ -152,10 +152,6 @@ def _time_cell(row: Mapping[str, str], which: str) -> str:
     value = row.get(f"{which} - msec", "")
     milliseconds = number(value)
     return value if milliseconds is None else f"{milliseconds / 1000.0:.6f}"
-
-
-def _is_about(column: str) -> bool:
-    return column in _ABOUT or column.startswith((*_ENDS, "duration"))
 
 
 def _is_comment(cells: Sequence[str]) -> bool:
@@ -193,10 +189,8 @@ def write_annotations(
     `rows`: name, seconds, frames a second, words and events of each capture. Words about a whole
     capture last from its start to its end.
     """
-    text = io.StringIO(newline="")
     delimiter = "\t" if form == "elan" or path.suffix.lower() == ".tsv" else ","
-    writer = csv.writer(text, delimiter=delimiter, lineterminator="\n")
-    writer.writerow(_BORIS if form == "boris" else _ELAN)
+    lines: list[Sequence[str]] = [_BORIS if form == "boris" else _ELAN]
     for name, seconds, fps, captions, events in rows:
         spans = [
             (" ".join(c.words.split()), c.start or 0.0, seconds if c.end is None else c.end)
@@ -207,11 +201,10 @@ def write_annotations(
             times = (f"{start:.3f}", f"{end:.3f}")
             if form == "elan":
                 tier = "words" if end > start else "events"
-                writer.writerow([tier, *times, said, name])
+                lines.append([tier, *times, said, name])
             else:
                 kind = "STATE" if end > start else "POINT"
                 about = [name, "", "", name, f"{seconds:.3f}", f"{fps:g}", "No focal subject"]
                 length = f"{end - start:.3f}"
-                writer.writerow([*about, said, "", "", kind, *times, length, "", ""])
-    with output_file(path) as draft:
-        draft.write_bytes(text.getvalue().encode())
+                lines.append([*about, said, "", "", kind, *times, length, "", ""])
+    write_bytes(path, csv_bytes(lines, delimiter))

@@ -287,7 +287,7 @@ def _start(path: Path) -> bytes:
 
 def _is_motion(path: Path, ending: str) -> bool:
     """Say whether a table or an array may hold motion, or may not be read, which is told later."""
-    from motiondb.files.readers import array_files, first_bytes, opensim_head
+    from motiondb.files.readers import array_files, first_bytes
 
     start = _start(path)
     if not start:
@@ -295,7 +295,7 @@ def _is_motion(path: Path, ending: str) -> bool:
     if ending == ".npy":
         return first_bytes.is_points_shape(array_files.npy_shape(start))
     if ending in (".mot", ".sto"):
-        return opensim_head.is_angles(start)
+        return first_bytes.is_angles(start)
     if ending == ".csv":
         return first_bytes.is_robot_csv(start)
     return first_bytes.is_motion_pickle(start)

@@ -34,7 +34,7 @@ import numpy as np
 
 from motiondb.errors import KnowledgeError
 from motiondb.files.json_text import JSONError, parse_json, to_record
-from motiondb.files.safe_files import output_file, read_bounded
+from motiondb.files.safe_files import read_bounded, write_bytes
 from motiondb.learn.codec import from_values, to_values
 from motiondb.learn.knowledge import APART, MOST_WORDS, Knowledge, Origin, array_faults
 from motiondb.records import FloatArray
@@ -63,10 +63,7 @@ class _Header:
 
 def write_knowledge(knowledge: Knowledge, path: str | Path) -> Path:
     """Write knowledge; the file appears whole or not at all."""
-    path = Path(path)
-    with output_file(path, KnowledgeError) as draft:
-        draft.write_bytes(to_bytes(knowledge))
-    return path
+    return write_bytes(Path(path), to_bytes(knowledge), KnowledgeError)
 
 
 def to_bytes(knowledge: Knowledge) -> bytes:

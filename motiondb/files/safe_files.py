@@ -15,14 +15,18 @@ is put in its way after it was resolved is refused too.
 
 ``pathlib`` raises an error for a name that the system cannot have, such as one of 300 characters;
 here such a name is that of no file.
+
+Folders that are written whole (:func:`whole_folder`) have another name until they are complete.
 """
 
 from __future__ import annotations
 
 import errno
+import glob
 import io
 import os
 import re
+import shutil
 import stat
 import threading
 from collections import Counter
@@ -275,6 +279,13 @@ def output_file(path: Path, kind: type[MotionDBError] = MotionDBError) -> Iterat
         raise kind(reason + advice) from None
 
 
+def write_bytes(path: Path, data: bytes, kind: type[MotionDBError] = MotionDBError) -> Path:
+    """Write a file that a user names, whole or not at all."""
+    with output_file(path, kind) as draft:
+        draft.write_bytes(data)
+    return path
+
+
 def delete_all(*files: Path) -> None:
     """Delete those of the files that are there and may be deleted."""
     for file in files:
@@ -485,3 +496,58 @@ def check_file_name(path: Path) -> None:
         raise StoreError(
             f"{str(path)[:100]}: expected the name of a file, found: {reason}. Give another name."
         ) from None
+
+
+def unwritable(folder: Path, error: OSError) -> MotionDBError:
+    """The error for a folder that the system does not let be written."""
+    return MotionDBError(
+        f"{folder}: expected a folder that can be written, found: {error.strerror or error}."
+        " Check its permissions and the room on its disk."
+    )
+
+
+def _mend(folder: Path) -> None:
+    """Repair the state that killed processes left while they wrote this folder.
+
+    An earlier folder that had been moved away is restored; partial folders are removed.
+    """
+    for left in folder.parent.glob(f".{glob.escape(folder.name)}.*.*"):
+        owner, _, kind = left.name.removeprefix(f".{folder.name}.").rpartition(".")
+        if kind not in ("part", "old") or not owner.isdigit() or is_running(int(owner)):
+            continue
+        if kind == "old" and not folder.exists():
+            left.rename(folder)
+        else:
+            shutil.rmtree(left, ignore_errors=True)
+
+
+@contextmanager
+def whole_folder(folder: Path, check: Callable[[Path], None]) -> Iterator[Path]:
+    """Give a folder to write into; rename it to ``folder`` on success, remove it otherwise.
+
+    A link stays: the folder that it stands for is replaced. What a killed process left of it is
+    removed first. `check`: Raises where the folder may not be replaced.
+    """
+    folder = link_target(folder)
+    _mend(folder.absolute())
+    check(folder)
+    folder = folder.absolute()
+    part = folder.with_name(f".{folder.name}.{os.getpid()}.part")
+    old = folder.with_name(f".{folder.name}.{os.getpid()}.old")
+    try:
+        shutil.rmtree(part, ignore_errors=True)
+        part.mkdir()
+        yield part
+        if folder.exists():
+            folder.rename(old)
+        try:
+            part.rename(folder)
+        except OSError:
+            if old.exists():
+                old.rename(folder)
+            raise
+    except OSError as error:
+        raise unwritable(folder, error) from None
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+        shutil.rmtree(old, ignore_errors=True)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from motiondb.files.folder import CAPTURE_ENDINGS
-from motiondb.files.safe_files import output_file
+from motiondb.files.safe_files import write_bytes
 from motiondb.files.sheets import capture_name, tag_fault
+from motiondb.files.text import csv_bytes
 from motiondb.records import Caption
 
 _FORMULA = tuple("=+-@|\t\r\uff1d\uff0b\uff0d\uff20")  # The last four are wide letters
@@ -42,11 +41,8 @@ def write_sheet(
             f"{formulas} cell{'s begin' if formulas > 1 else ' begins'} like a formula: in a "
             "spreadsheet, import the columns as text"
         )
-    text = io.StringIO(newline="")
-    writer = csv.DictWriter(text, columns, delimiter=delimiter, lineterminator="\n")
-    writer.writerows(lines)
-    with output_file(path) as draft:
-        draft.write_bytes(text.getvalue().encode())
+    cells = ([line.get(column, "") for column in columns] for line in lines)
+    write_bytes(path, csv_bytes(cells, delimiter))
     return notes
 
 
@@ -87,12 +83,10 @@ def write_table(path: str | Path, columns: Sequence[str], rows: Iterable[Sequenc
     MotionDBError
         When the file cannot be written.
     """
-    path, text = Path(path), io.StringIO(newline="")
+    path = Path(path)
     delimiter = "," if path.suffix.lower() == ".csv" else "\t"
-    writer = csv.writer(text, delimiter=delimiter, lineterminator="\n")
-    writer.writerows([plain_cell(cell) for cell in row] for row in (columns, *rows))
-    with output_file(path) as draft:
-        draft.write_bytes(text.getvalue().encode())
+    cells = ([plain_cell(cell) for cell in row] for row in (columns, *rows))
+    write_bytes(path, csv_bytes(cells, delimiter))
 
 
 def _words(name: str, caption: Caption, notes: list[str]) -> list[str]:

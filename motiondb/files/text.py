@@ -9,8 +9,10 @@ accepts (``1_0``, ``nan``, ``inf``, digits of other scripts) are faults.
 
 from __future__ import annotations
 
+import csv
+import io
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -28,6 +30,13 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 MAX_DIGITS = 100
 """Characters of a number. Exact float64 values have up to 25; the time to read a number grows with
 the square of its length."""
+
+
+def csv_bytes(rows: Iterable[Iterable[object]], delimiter: str = ",") -> bytes:
+    """The rows of a table as the bytes of a CSV or TSV file."""
+    text = io.StringIO(newline="")
+    csv.writer(text, delimiter=delimiter, lineterminator="\n").writerows(rows)
+    return text.getvalue().encode()
 
 
 def clean_bytes(data: bytes, path: object) -> bytes:

@@ -31,7 +31,7 @@ from motiondb.body import pose_vectors, retarget, rotation
 from motiondb.body.contacts import find_contacts
 from motiondb.body.features import FEATURE_STEP
 from motiondb.errors import QueryError
-from motiondb.generate import contact, cuts, stitching, variation
+from motiondb.generate import contact, cuts, stitching
 from motiondb.generate.action_sources import ActionSources
 from motiondb.generate.excerpts import (
     DIRECTION_WEIGHT,
@@ -187,7 +187,7 @@ def excerpt_motion(
             key = -2 - number
             sources[key] = resample(*material.paths[excerpt.capture], one.rate)
             origins[key] = (excerpt.capture, one.rate)
-        elif variation.is_monotonous(one.layout):
+        elif cuts.is_monotonous(one.layout):
             one = _vary(material, row, one, is_last, rng)
         played = [stitching.Piece(key, a, b) for a, b in one.layout.parts]
         played[1:1] = one.between
@@ -330,7 +330,7 @@ def _vary(
     """The same with other excerpts of the action in place of a loop's repetitions."""
     moved = _moved(material, row, row.costs, cuts.Position(False, False))
     asked = one.action.seconds
-    layout, between = variation.vary(
+    layout, between = cuts.vary(
         one.excerpt.capture,
         one.layout,
         moved,

@@ -20,11 +20,11 @@ from typing import TYPE_CHECKING
 from motiondb.answers.plain import to_json
 from motiondb.body.features import FEATURE_STEP
 from motiondb.database import MotionDB
-from motiondb.database.catalogue.parts import write_bytes
 from motiondb.database.generating import Generated
 from motiondb.database.grammars.grammar_sequences import GrammarSequence
 from motiondb.errors import MotionDBError
 from motiondb.files.own_files import SEAL, sealed
+from motiondb.files.safe_files import write_bytes
 from motiondb.page import replies
 from motiondb.page.motion import body_track, pack, pack_scene
 from motiondb.page.settings import BUNDLE, NO_BUNDLE, VERSION, is_built

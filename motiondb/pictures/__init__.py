@@ -1,18 +1,21 @@
 """Pictures of motions, symbols and answers: PNG, and animations as GIF."""
 
 from motiondb.pictures.animation import draw_animation, draw_animations
-from motiondb.pictures.comparison import comparison_figure
-from motiondb.pictures.coverage import Grid, coverage_figure
-from motiondb.pictures.gait import gait_figure
+from motiondb.pictures.charts import Grid, comparison_figure, coverage_figure, gait_figure
 from motiondb.pictures.ghosts import ghosts_figure
 from motiondb.pictures.hits import hits_figure
 from motiondb.pictures.scenes import draw_scene_animation, scene_paths_figure
 from motiondb.pictures.space import space_figure
-from motiondb.pictures.strings import StringBar, TerminalCard, strings_figure
 from motiondb.pictures.strip import Timeline, strip_figure
 from motiondb.pictures.style import save_png
 from motiondb.pictures.tactics import tactics_figure
-from motiondb.pictures.trees import TreePicture, trees_figure
+from motiondb.pictures.trees import (
+    StringBar,
+    TerminalCard,
+    TreePicture,
+    strings_figure,
+    trees_figure,
+)
 
 __all__ = [
     "Grid",

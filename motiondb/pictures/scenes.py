@@ -192,8 +192,8 @@ def _ground(stage: _Stage, diagram: Diagram) -> Image:
     image = PilImage.new("RGB", stage.size, "white")
     draw = PilDraw.Draw(image)
     left, right, back, front = diagram.court.corners
-    edge = np.array([[left, back], [right, back], [right, front], [left, front], [left, back]])
-    _line(draw, stage.pixels(_on_ground(edge)), style.GROUND, 1.2)
+    x, z = [left, right, right, left, left], [back, back, front, front, back]
+    _line(draw, stage.pixels(np.stack([x, np.zeros(5), z], axis=1)), style.GROUND, 1.2)
     for line in _lines(diagram):
         raised = bool((line[:, 1] > 0.0).any())
         look = (style.FAINT, 1.8) if raised else (style.GROUND, 1.2)
@@ -231,11 +231,6 @@ def outline(place: Place, spot: Spot) -> FloatArray:
     turn = np.linspace(0.0, 2 * np.pi, 25)
     x, z = place.width / 2 * np.cos(turn), place.width / 2 * np.sin(turn)
     return np.stack([spot.x + x, np.full(25, place.height), spot.z + z], axis=1)
-
-
-def _on_ground(points: FloatArray) -> FloatArray:
-    """Return points (x, 0, z) of points (x, z)."""
-    return np.stack([points[:, 0], np.zeros(len(points)), points[:, 1]], axis=1)
 
 
 def _picture(stage: _Stage, ground: Image, frame: int) -> Image:

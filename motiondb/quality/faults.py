@@ -12,8 +12,7 @@ import numpy as np
 
 from motiondb.body import body
 from motiondb.body.features import runs
-from motiondb.quality.finding import times
-from motiondb.quality.measured import I, Measured, P, joined, long_runs, residual
+from motiondb.quality.measured import I, Measured, P, joined, long_runs, residual, times
 from motiondb.records import FAULT, NEEDS, BoolArray, Finding, FloatArray
 
 ROOT_STEP, ROOT_ACCELERATION = 0.06, 100.0

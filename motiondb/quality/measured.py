@@ -303,3 +303,13 @@ def joined(spans: list[tuple[int, int]], gap: float) -> list[tuple[int, int]]:
         else:
             out.append((a, b))
     return out
+
+
+def times(start: float, end: float) -> str:
+    """When something is, in words.
+
+    >>> times(2.94, 8.71), times(0.0, 0.008)
+    ('2.9 to 8.7 s', '0.00 to 0.01 s')
+    """
+    places = 1 if end - start >= 0.1 else 2
+    return f"{start:.{places}f} to {end:.{places}f} s"

@@ -17,8 +17,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from motiondb.quality.finding import times
-from motiondb.quality.measured import FEET, SOLES, Measured, P, joined, long_runs
+from motiondb.quality.measured import FEET, SOLES, Measured, P, joined, long_runs, times
 from motiondb.records import FAULT, NEEDS, Box, Finding, FloatArray
 
 G = 9.81

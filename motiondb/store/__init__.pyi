@@ -7,6 +7,9 @@ from .catalogue.annotations import (
     load_events as load_events,
 )
 from .catalogue.annotations import (
+    load_quality as load_quality,
+)
+from .catalogue.annotations import (
     load_relations as load_relations,
 )
 from .catalogue.annotations import (
@@ -20,6 +23,9 @@ from .catalogue.annotations import (
 )
 from .catalogue.annotations import (
     save_events as save_events,
+)
+from .catalogue.annotations import (
+    save_quality as save_quality,
 )
 from .catalogue.annotations import (
     save_relations as save_relations,
@@ -124,8 +130,15 @@ from .catalogue.edits import (
     load_edits as load_edits,
 )
 from .catalogue.edits import (
+    load_trash as load_trash,
+)
+from .catalogue.edits import (
     noting_edits as noting_edits,
 )
+from .catalogue.edits import (
+    restore_captures as restore_captures,
+)
+from .catalogue.faulty import KnownFile as KnownFile
 from .catalogue.faulty import (
     NotSaved as NotSaved,
 )
@@ -135,44 +148,22 @@ from .catalogue.faulty import (
 from .catalogue.faulty import (
     load_faulty as load_faulty,
 )
+from .catalogue.faulty import load_known_files as load_known_files
 from .catalogue.faulty import (
     load_same_files as load_same_files,
 )
+from .catalogue.faulty import save_known_files as save_known_files
 from .catalogue.faulty import (
     save_not_saved as save_not_saved,
-)
-from .catalogue.generated import (
-    Provenance as Provenance,
-)
-from .catalogue.generated import (
-    SourceCapture as SourceCapture,
-)
-from .catalogue.generated import (
-    load_provenance as load_provenance,
-)
-from .catalogue.generated import (
-    save_provenance as save_provenance,
-)
-from .catalogue.generated import (
-    to_provenance as to_provenance,
 )
 from .catalogue.joined_rows import (
     FileRows as FileRows,
 )
-from .catalogue.known_files import KnownFile as KnownFile
-from .catalogue.known_files import load_known_files as load_known_files
-from .catalogue.known_files import save_known_files as save_known_files
 from .catalogue.names import (
     check_new_name as check_new_name,
 )
 from .catalogue.parquet_files import (
     load_parquet_files as load_parquet_files,
-)
-from .catalogue.quality import (
-    load_quality as load_quality,
-)
-from .catalogue.quality import (
-    save_quality as save_quality,
 )
 from .catalogue.runs import (
     copy_run as copy_run,
@@ -217,6 +208,12 @@ from .catalogue.selections import (
     write_selections as write_selections,
 )
 from .catalogue.sources import (
+    Provenance as Provenance,
+)
+from .catalogue.sources import (
+    SourceCapture as SourceCapture,
+)
+from .catalogue.sources import (
     fill_in as fill_in,
 )
 from .catalogue.sources import (
@@ -226,13 +223,16 @@ from .catalogue.sources import (
     load_packed_source as load_packed_source,
 )
 from .catalogue.sources import (
+    load_provenance as load_provenance,
+)
+from .catalogue.sources import (
     load_source as load_source,
 )
-from .catalogue.trash import (
-    load_trash as load_trash,
+from .catalogue.sources import (
+    save_provenance as save_provenance,
 )
-from .catalogue.trash import (
-    restore_captures as restore_captures,
+from .catalogue.sources import (
+    to_provenance as to_provenance,
 )
 from .catalogue.where import (
     CAPTION as CAPTION,
@@ -295,6 +295,9 @@ from .connection.migrations import motiondb_version as motiondb_version
 from .connection.opening import (
     open_store as open_store,
 )
+from .connection.opening import (
+    somebody_waits as somebody_waits,
+)
 from .connection.transactions import (
     check_writable as check_writable,
 )
@@ -309,9 +312,6 @@ from .connection.transactions import (
 )
 from .connection.transactions import (
     transaction as transaction,
-)
-from .connection.turns import (
-    somebody_waits as somebody_waits,
 )
 from .grammars import (
     Derivation as Derivation,

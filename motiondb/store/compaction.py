@@ -23,13 +23,13 @@ from motiondb.files.safe_files import (
     plain_name,
     sweep_databases,
 )
+from motiondb.store.catalogue.edits import empty_trash
 from motiondb.store.catalogue.parquet_files import (
     KINDS,
     forget_untold,
     forget_unused,
     untold_files,
 )
-from motiondb.store.catalogue.trash import empty_trash
 from motiondb.store.connection import log_mark
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store, limit_memory

@@ -1,10 +1,11 @@
 """Move motions, originals and scores of segments into Parquet files, and back.
 
 A Parquet file holds the captures of some hours: their numbers and names, and packed motions
-(:mod:`motiondb.store.poses`) with original files (zlib), or the scores of their segments (float32),
-which every ``learn`` makes anew. It is written, read back and compared before the database, in the
-same transaction, keeps where the values stand in place of them. What is interrupted leaves the
-captures whose file was finished moved, and the others as they were; the same command then goes on.
+(:mod:`motiondb.store.catalogue.captures`) with original files (zlib), or the scores of their
+segments (float32), which every ``learn`` makes anew. It is written, read back and compared before
+the database, in the same transaction, keeps where the values stand in place of them. What is
+interrupted leaves the captures whose file was finished moved, and the others as they were; the same
+command then goes on.
 
 Parquet files are never deleted once the database has relied on them: a copy of it may still.
 """

@@ -34,11 +34,10 @@ from motiondb.store.catalogue.annotations import (
     save_synonyms,
 )
 from motiondb.store.catalogue.captures import load_poses, unflatten_motion
-from motiondb.store.catalogue.generated import Provenance, load_provenance
 from motiondb.store.catalogue.parquet_files import MOTIONS, advice, load_parquet_files
 from motiondb.store.catalogue.places import PlaceError, find_file, told
 from motiondb.store.catalogue.runs import load_runs
-from motiondb.store.catalogue.sources import find_source, unpack_source
+from motiondb.store.catalogue.sources import Provenance, find_source, load_provenance, unpack_source
 from motiondb.store.catalogue.where import COLUMNS
 from motiondb.store.connection.faults import is_damage
 from motiondb.store.connection.handle import Store

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.body import body, feature_kernels, features, kinematics, retarget, rotation
+from motiondb.body import body, features, kernels, kinematics, retarget, rotation
 from motiondb.records import FloatArray, Motion
 
 MotionMaker = Callable[..., Motion]
@@ -140,15 +140,15 @@ def test_features_are_those_of_the_whole_motion(make_motion: MotionMaker, length
 def test_compiled_kinematics_are_those_of_numpy_to_the_last_bit(make_motion: MotionMaker) -> None:
     motion = make_motion(40, 3)
     local, root = motion.local_rotations, motion.root_positions
-    actual = feature_kernels.forward(body.PARENTS, body.OFFSETS, local, root)
+    actual = kernels.forward(body.PARENTS, body.OFFSETS, local, root)
     doubles = local.astype(np.float64), root.astype(np.float64)
     places, turns = kinematics.forward(body.PARENTS, body.OFFSETS, *doubles)
     np.testing.assert_array_equal(actual[0], places)
     np.testing.assert_array_equal(actual[1], turns)
     facing = rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), np.linspace(-4.0, 4.0, 40))
     seen = rotation.rotate(facing[:, None], places - places[:, :1] * [1.0, 0.0, 1.0])
-    np.testing.assert_array_equal(feature_kernels.relative_to_heading(places, facing), seen)
-    for axis, found in zip(np.eye(3), feature_kernels.mean_axes(turns, (0, 4)), strict=True):
+    np.testing.assert_array_equal(kernels.relative_to_heading(places, facing), seen)
+    for axis, found in zip(np.eye(3), kernels.mean_axes(turns, (0, 4)), strict=True):
         both = rotation.rotate(turns[:, (0, 4)], axis[None, None])
         np.testing.assert_array_equal(found, (both[:, 0] + both[:, 1]) / 2.0)
 

@@ -77,7 +77,7 @@ def test_an_interrupt_inside_a_callback_is_not_lost() -> None:
 
 READER = """
 import signal
-from motiondb.database.catalogue.processes import interrupts_wait, pool_of
+from motiondb.files.processes import interrupts_wait, pool_of
 
 if __name__ == "__main__":
     with pool_of(1) as pool:

@@ -145,7 +145,7 @@ def test_too_little_memory_is_refused_at_once() -> None:
 NO_SCIENCE = ("scipy", "sklearn", "numba", "matplotlib", "pandas", "pydantic", "click", "http")
 NO_STORE = ("numpy", "duckdb", "motiondb.store.connection")
 NO_SCENES = ("motiondb.store.scenes", "motiondb.store.checks", "concurrent.futures")
-NO_ANSWERS = tuple(f"motiondb.answers.{name}" for name in ("catalogue", "curation", "gait"))
+NO_ANSWERS = tuple(f"motiondb.answers.{name}" for name in ("catalogue", "curation"))
 
 
 @pytest.mark.parametrize(

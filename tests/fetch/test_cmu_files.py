@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from motiondb.fetch.cmu import caption_row
-from motiondb.fetch.cmu_files import Trial, check_amc, check_asf, read_trials
+from motiondb.fetch.cmu import Trial, caption_row, check_amc, check_asf, read_trials
 
 ASF = b"# by hand\n:version 1.10\n:root\n:bonedata\n  begin\n  end\n:hierarchy\n  begin\n  end\n"
 AMC = b":FULLY-SPECIFIED\n:DEGREES\n1\nroot 1 2 3\nhead 4\n2\nroot 1 2 3\nhead 4\n"

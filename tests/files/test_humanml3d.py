@@ -13,8 +13,8 @@ import motiondb
 from motiondb.body import kinematics, rotation
 from motiondb.body.body import LEG_LENGTH
 from motiondb.files import humanml3d
-from motiondb.files.own_rigs import own_rig
 from motiondb.files.readers.point_motion import humanml3d_positions
+from motiondb.files.rigs import own_rig
 from motiondb.records import Caption, FloatArray
 from tests.sample_motions import SAMPLES
 

@@ -12,8 +12,8 @@ from motiondb.body import changes, kinematics, rotation
 from motiondb.body.contacts import foot_slip
 from motiondb.body.pose_vectors import yaw
 from motiondb.errors import QueryError
+from motiondb.generate.cycles import looped
 from motiondb.generate.joining import join
-from motiondb.generate.loops import looped
 from motiondb.generate.stitching import Piece
 
 

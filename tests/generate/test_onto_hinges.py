@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from motiondb.body import hinges, retarget
+from motiondb.files.arrays import write_robot
 from motiondb.files.formats import read_capture
 from motiondb.files.readers.robot_model import read_robot
-from motiondb.files.robot_writer import write_robot
 from motiondb.generate import onto_hinges
 from motiondb.generate.onto_hinges import FittedRobot, onto_robot
 from motiondb.records import Clip

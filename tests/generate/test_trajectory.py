@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from motiondb.generate import trajectory
-from motiondb.generate.trajectory import SPLIT, fine_states, fine_symbols
+from motiondb.generate import symbol_motion
+from motiondb.generate.symbol_motion import SPLIT, fine_states, fine_symbols
 from motiondb.records import FloatArray, MotionSymbols
 
 
@@ -42,7 +42,7 @@ def test_the_band_solution_equals_dense_least_squares(seed: int, n_frames: int) 
     rng = np.random.default_rng(seed)
     means, covars = rng.normal(size=(n_frames, 6)), rng.uniform(0.1, 3.0, (n_frames, 6))
     np.testing.assert_allclose(
-        trajectory.most_probable(means, covars), by_least_squares(means, covars), atol=1e-9
+        symbol_motion.most_probable(means, covars), by_least_squares(means, covars), atol=1e-9
     )
 
 
@@ -51,13 +51,13 @@ def test_the_band_solution_equals_dense_least_squares(seed: int, n_frames: int) 
 def test_values_and_their_own_differences_come_back(seed: int, n_frames: int) -> None:
     rng = np.random.default_rng(seed)
     values = rng.normal(size=(n_frames, 2))
-    means = trajectory.with_deltas(values)
+    means = symbol_motion.with_deltas(values)
     covars = rng.uniform(0.1, 2.0, means.shape)
-    np.testing.assert_allclose(trajectory.most_probable(means, covars), values, atol=1e-9)
+    np.testing.assert_allclose(symbol_motion.most_probable(means, covars), values, atol=1e-9)
 
 
 def test_differences_by_hand() -> None:
-    stacked = trajectory.with_deltas(np.array([[0.0], [1.0], [4.0]]))
+    stacked = symbol_motion.with_deltas(np.array([[0.0], [1.0], [4.0]]))
     np.testing.assert_allclose(stacked, [[0, 0.5, 1.0], [1, 2.0, 2.0], [4, 1.5, -3.0]])
 
 
@@ -78,18 +78,18 @@ def test_symbols_in_series_by_hand() -> None:
         np.array([[[1.0], [2.0]], [[3.0], [0.0]]]),
         np.ones((2, 2, 1)),
     )
-    joined = trajectory.join_series(symbols, np.array([0, 1]))
+    joined = symbol_motion.join_series(symbols, np.array([0, 1]))
     assert joined.means[:, 0].tolist() == [1.0, 2.0, 3.0]
     assert joined.positions.tolist() == [0, 0, 1]
     assert joined.self_loops.tolist() == [0.5, 0.75, 0.2]
-    assert trajectory.expected_durations(joined).tolist() == [2, 4, 1]
+    assert symbol_motion.expected_durations(joined).tolist() == [2, 4, 1]
 
 
 @settings(deadline=None, max_examples=30)
 @given(st.integers(0, 10**6))
 def test_expected_durations_add_up(seed: int) -> None:
-    joined = trajectory.join_series(random_symbols(seed), np.array([0, 1, 2, 3, 0]))
-    durations = trajectory.expected_durations(joined)
+    joined = symbol_motion.join_series(random_symbols(seed), np.array([0, 1, 2, 3, 0]))
+    durations = symbol_motion.expected_durations(joined)
     assert durations.min() >= 1
     mean = np.sum(1.0 / (1.0 - joined.self_loops))
     assert abs(durations.sum() - mean) <= 1.0 + 0.5 * np.sum(joined.self_loops < 0.5)
@@ -132,8 +132,8 @@ def test_no_variance_falls_below_its_floor() -> None:
     still = np.full((60, 2), 5.0)
     states = np.repeat(np.arange(4), 15)
     symbols = fine_symbols([[moving], [still]], [[states], [states]], 4)
-    everything = np.concatenate([trajectory.with_deltas(v) for v in (moving, still)])
-    floor = trajectory.VARIANCE_FLOOR * everything.var(axis=0)
+    everything = np.concatenate([symbol_motion.with_deltas(v) for v in (moving, still)])
+    floor = symbol_motion.VARIANCE_FLOOR * everything.var(axis=0)
     assert np.all(symbols.covars >= floor - 1e-15)
     np.testing.assert_allclose(symbols.covars[1, 0, 0], floor[0])
 
@@ -145,10 +145,10 @@ def test_the_trajectory_of_a_symbol_is_what_its_segments_did() -> None:
     group = [shape + rng.normal(0, 0.02, shape.shape) for _ in range(20)]
     states = np.repeat(np.arange(5), 6)
     symbols = fine_symbols([group], [[states] * 20], 5)
-    joined = trajectory.join_series(symbols, np.array([0]))
-    path = np.repeat(np.arange(15), trajectory.expected_durations(joined))
+    joined = symbol_motion.join_series(symbols, np.array([0]))
+    path = np.repeat(np.arange(15), symbol_motion.expected_durations(joined))
     assert len(path) == 30
-    actual = trajectory.most_probable(joined.means[path], joined.covars[path])
+    actual = symbol_motion.most_probable(joined.means[path], joined.covars[path])
     np.testing.assert_allclose(actual, shape, atol=0.1)
 
 
@@ -157,7 +157,7 @@ def test_widening_brings_the_variance_back_and_has_bounds(wanted: float, factor:
     quiet = np.random.default_rng(0).normal(size=(500, 1))
     quiet = 5.0 + (quiet - quiet.mean()) / quiet.std()
     means, covars = np.zeros((500, 1)), np.full((500, 1), wanted)
-    wide = trajectory.widen(quiet, means, covars, strength=1.0)
+    wide = symbol_motion.widen(quiet, means, covars, strength=1.0)
     assert wide.std() == pytest.approx(factor)
     assert wide.mean() == pytest.approx(5.0)
-    np.testing.assert_allclose(trajectory.widen(quiet, means, covars, 0.0), quiet)
+    np.testing.assert_allclose(symbol_motion.widen(quiet, means, covars, 0.0), quiet)

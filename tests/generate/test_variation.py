@@ -8,10 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from motiondb.generate.cuts import Take
+from motiondb.generate.cuts import Take, is_monotonous, vary
 from motiondb.generate.excerpts import TOLERANCE, Layout
 from motiondb.generate.stitching import Candidates
-from motiondb.generate.variation import is_monotonous, vary
 from motiondb.records import FloatArray
 
 LOOPED = Layout(((0, 60), (20, 60), (20, 60), (20, 60), (20, 60), (20, 80)), "looped")

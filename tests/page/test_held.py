@@ -16,7 +16,7 @@ import pytest
 import motiondb
 from motiondb.database.loading import make_frames
 from motiondb.learn.learned import Learned
-from motiondb.page.held import HeldDatabase
+from motiondb.page.state import HeldDatabase
 from motiondb.records import Motion
 
 
@@ -49,7 +49,7 @@ def test_the_file_is_free_while_frames_are_computed(
         opened.append(subprocess.run([sys.executable, "-c", code, learned_copy]).returncode)
         return make_frames(learned, motions)
 
-    monkeypatch.setattr("motiondb.page.held.make_frames", compute)
+    monkeypatch.setattr("motiondb.page.state.make_frames", compute)
     held = HeldDatabase(learned_copy, read_only=False, wait=0.0)
     held.warm()
     held.warm()  # they are there now

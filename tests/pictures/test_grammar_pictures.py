@@ -15,8 +15,7 @@ from motiondb.pictures import (
     TreePicture,
     style,
 )
-from motiondb.pictures.strings import strings_figure
-from motiondb.pictures.trees import trees_figure
+from motiondb.pictures.trees import strings_figure, trees_figure
 from motiondb.records import Motion
 
 GRAMMAR = read_grammar("S -> a F F d\nF -> X m X | X c\nX -> l r | r l | empty")

@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from motiondb.body import body
-from motiondb.quality import boxes
-from motiondb.quality.assess import assess
+from motiondb.quality.assess import assess, performer_rate, speed_of, to_mjcf, to_values, turned
 from motiondb.quality.measured import joined, measure, smoothed
-from motiondb.quality.rates import performer_rate, speed_of
 from motiondb.quality.supports import outside
 from motiondb.records import Box, Finding, FloatArray, Quality
 
@@ -338,10 +336,10 @@ def test_a_sliding_quadratic_gives_the_derivatives_of_a_parabola() -> None:
 def test_boxes_leave_in_the_axes_of_the_file() -> None:
     p = standing(8.0) + np.array([1.0, 0.0, 3.0])
     findings = assess(blended(p, sitting(p, 0.5), 2.0, 6.0), FPS).findings
-    ((row,),) = (boxes.to_values(findings, "z"),)
+    ((row,),) = (to_values(findings, "z"),)
     x, y, z = row["centre"]  # type: ignore[misc]
     assert (x, y, z) == pytest.approx((1.0, -3.0, 0.25), abs=0.03)
-    text = boxes.to_mjcf(findings, "y", "a<b")
+    text = to_mjcf(findings, "y", "a<b")
     assert '<mujoco model="a&lt;b">' in text
     assert text.count("<geom") == 1
-    assert boxes.turned(Box((1.0, 2.0, 3.0), (1.0, 2.0, 3.0)), "y").size == (1.0, 2.0, 3.0)
+    assert turned(Box((1.0, 2.0, 3.0), (1.0, 2.0, 3.0)), "y").size == (1.0, 2.0, 3.0)

@@ -15,8 +15,8 @@ import pytest
 from motiondb import store
 from motiondb.errors import StoreError
 from motiondb.store import DamagedFileError, checks, learned
+from motiondb.store.catalogue.captures import POSE_SIZE, pack_poses
 from motiondb.store.connection.migrations import present_schema
-from motiondb.store.poses import POSE_SIZE, pack_poses
 
 POSES = np.full((12, POSE_SIZE), 0.5, dtype=np.float32)
 POSES[5] = 2.0  # Quaternions of length 4

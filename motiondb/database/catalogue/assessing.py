@@ -17,14 +17,12 @@ from motiondb.body.joint_names import joint_map
 from motiondb.body.retarget import keypoints_of, up_axis
 from motiondb.database.catalogue.exporting import added_joint_map, joint_map_of, load_clip
 from motiondb.database.catalogue.file_reading import read_source, stored_options
-from motiondb.database.catalogue.processes import in_processes
 from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.own_files import WRITER
-from motiondb.files.safe_files import output_file
-from motiondb.quality import boxes
-from motiondb.quality.assess import assess
+from motiondb.files.processes import in_processes
+from motiondb.files.safe_files import write_bytes
+from motiondb.quality.assess import assess, performer_rate, to_mjcf, to_values
 from motiondb.quality.measured import MOST_FPS
-from motiondb.quality.rates import performer_rate
 from motiondb.records import MOTION_FPS, CaptureInfo, Clip, FloatArray, Quality
 
 if TYPE_CHECKING:
@@ -246,13 +244,12 @@ def write_boxes(session: Session, found: Mapping[str, Quality], path: Path) -> N
         info = store.load_capture(session.store, name)
         up = up_axis(load_clip(session, name), added_joint_map(session, info))
         if path.suffix.lower() == ".xml":
-            text = boxes.to_mjcf(quality.findings, up, name)
+            text = to_mjcf(quality.findings, up, name)
         rows.append(
-            {"capture": name, "up": up, "unit": "m", "boxes": boxes.to_values(quality.findings, up)}
+            {"capture": name, "up": up, "unit": "m", "boxes": to_values(quality.findings, up)}
         )
-    with output_file(path) as draft:
-        values = {"written_by": WRITER, "captures": rows}
-        draft.write_text(text or json.dumps(values, indent=1), encoding="utf-8")
+    values = {"written_by": WRITER, "captures": rows}
+    write_bytes(path, (text or json.dumps(values, indent=1)).encode())
 
 
 def draw_quality(session: Session, name: str, path: str | Path | None) -> Path | Figure:

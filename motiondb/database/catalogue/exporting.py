@@ -1,6 +1,7 @@
 """Motion that leaves the database: changed as a user asks, then written.
 
 The changes are the same for captures, generated and joined motion. Each says what it did.
+Captures also leave as a data set in the form of another program.
 """
 
 from __future__ import annotations
@@ -9,37 +10,53 @@ import importlib.util
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motiondb import store
+from motiondb import answers, store
 from motiondb.answers.catalogue import Exported, MatchFile
 from motiondb.answers.plain import to_json
 from motiondb.body import body, changes, retarget
 from motiondb.body.contacts import find_contacts
 from motiondb.body.joint_names import joint_map
 from motiondb.body.joint_proposals import map_text
+from motiondb.body.kinematics import clip_positions
 from motiondb.database.catalogue import parts
+from motiondb.database.catalogue.parts import check_new_folder
 from motiondb.database.session import Session
 from motiondb.errors import CaptureError, QueryError, SkeletonError
-from motiondb.files import packed_files
-from motiondb.files.arrays import ARRAY_ENDINGS, write_arrays
+from motiondb.files import humanml3d, packed_files
+from motiondb.files.arrays import ARRAY_ENDINGS, ROBOT_ENDINGS, write_arrays, write_robot
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import WRITER, check_overwriting, digest_of, provenance_path
 from motiondb.files.readers.first_bytes import MODEL_ENDINGS
-from motiondb.files.rigs import read_model, read_rig
-from motiondb.files.robot_writer import ROBOT_ENDINGS, write_robot
+from motiondb.files.rigs import own_rig, read_model, read_rig
+from motiondb.files.safe_files import whole_folder, write_bytes
+from motiondb.files.sheet_writer import write_table
 from motiondb.files.units import UNITS
-from motiondb.generate.loops import Loop, looped
+from motiondb.generate.cycles import Cycle, looped
 from motiondb.generate.material import SequenceMotion
 from motiondb.generate.onto import at_rest, onto
 from motiondb.generate.onto_hinges import FittedRobot, onto_robot
-from motiondb.records import MOTION_FPS, BoolArray, CaptureInfo, Clip, Fit, Match, Motion
+from motiondb.records import (
+    MOTION_FPS,
+    BoolArray,
+    CaptureInfo,
+    Clip,
+    Fit,
+    FloatArray,
+    Match,
+    Motion,
+)
+
+if TYPE_CHECKING:
+    from motiondb.database.session import Session
 
 _UNUSUAL = re.compile(r"[^\w.-]+")  # Characters that names of files of matches do not have
 GLTF = (".glb", ".gltf")
@@ -239,7 +256,7 @@ def change_sequence(made: SequenceMotion, asked: MotionChanges) -> ChangedSequen
     return ChangedSequence(part, done.said, first)
 
 
-def _say_loop(loop: Loop) -> list[str]:
+def _say_loop(loop: Cycle) -> list[str]:
     """Say what was done to close a cycle."""
     travel = f"it travels {loop.travel:.2f} m" if loop.travel > 0.01 else "it stays where it is"
     if abs(loop.turning) > math.radians(0.5):
@@ -380,7 +397,7 @@ def _map_of(rig: Clip, path: Path, asked: MotionChanges) -> Mapping[str, str]:
         if proposal.exists():
             place = f"{proposal} exists already and stays as it is"
         else:
-            parts.write_bytes(proposal, text.encode())
+            write_bytes(proposal, text.encode())
             place = f"A proposal was written to {proposal}"
         raise SkeletonError(
             f"{asked.onto}: {error} {place}: check it, and pass --joint-map {proposal}."
@@ -422,8 +439,8 @@ def write_added(
     if skeleton is not None and source.skeleton_data is not None:
         check_overwriting(path)  # both files or none
         check_overwriting(skeleton)
-        parts.write_bytes(skeleton, source.skeleton_data)
-    parts.write_bytes(path, source.data)
+        write_bytes(skeleton, source.skeleton_data)
+    write_bytes(path, source.data)
     if source.take:
         said = (f"the file holds all of its takes; this capture is {source.take}",)
     return Exported(info.name, path, info.fps, info.n_frames, unit_name(unit), True, said, skeleton)
@@ -533,5 +550,46 @@ def _write_match(session: Session, match: Match, path: Path, question: str) -> M
         "made_of": [vars(source) for source in sources],
     }
     beside = provenance_path(path)
-    parts.write_bytes(beside, json.dumps(to_json(origin), indent=1).encode())
+    write_bytes(beside, json.dumps(to_json(origin), indent=1).encode())
     return MatchFile(match.rank, match.capture, path, beside, licence)
+
+
+_FEWEST = 3  # Frames of a capture
+
+
+def write_humanml3d(
+    session: Session, infos: Sequence[CaptureInfo], folder: Path
+) -> answers.DataSet:
+    """Write captures in the form of HumanML3D into a new folder, with a table of what they are."""
+    check_new_folder(folder)  # before captures are converted
+    rows, left_out = list[tuple[str, ...]](), list[str]()
+    with session.reading(), whole_folder(folder, check_new_folder) as draft:
+        written = humanml3d.write_set(draft, _converted(session, infos, rows, left_out))
+        columns = ("id", "capture", "frames", "captions", "performer", "licence")
+        write_table(draft / "captures.csv", columns, rows)
+    named = {"folder": folder, "form": "humanml3d", "captures": written.motions}
+    return answers.extended(answers.DataSet, written, **named, left_out=tuple(left_out))
+
+
+def _converted(
+    session: Session,
+    infos: Sequence[CaptureInfo],
+    rows: list[tuple[str, ...]],
+    left_out: list[str],
+) -> Iterator[tuple[str, FloatArray, str]]:
+    """Convert captures, one after the other; `rows` of the table and what is left out grow."""
+    rig = own_rig("smpl")
+    captions = store.load_captions(session.store, [info.capture_id for info in infos])
+    for info in infos:
+        if not info.has_body or info.motion_frames < _FEWEST:
+            why = "it is too short" if info.has_body else "it has no body"
+            left_out.append(f"{info.name} is left out: {why}.")
+            continue
+        motion = store.load_motion(session.store, info.capture_id)
+        clip = changed(onto(motion, rig, {}).clip, MotionChanges(fps=humanml3d.FPS)).clip
+        numbers = humanml3d.motion_numbers(clip_positions(clip)[0])
+        text = humanml3d.text_lines(captions.get(info.capture_id, ()), info.duration)
+        tags = (info.tags.get("performer", ""), info.tags.get("licence", ""))
+        counts = str(len(numbers)), str(text.count("\n"))
+        rows.append((f"{len(rows):06d}", info.name, *counts, *tags))
+        yield rows[-1][0], numbers, text

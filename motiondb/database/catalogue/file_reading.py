@@ -25,7 +25,6 @@ import numpy as np
 from motiondb.answers.plain import extended
 from motiondb.body import body, retarget
 from motiondb.body.world import UPS, Found
-from motiondb.database.catalogue.processes import in_processes, interrupts_wait, pool_of
 from motiondb.errors import CaptureError, MotionDBError, NoBodyError
 from motiondb.files import formats
 from motiondb.files.folder import WITH_SKELETON, named_skeleton, skeleton_path
@@ -38,6 +37,7 @@ from motiondb.files.limits import (
     guarded,
 )
 from motiondb.files.packed_files import Source, leave_out, pack_source
+from motiondb.files.processes import in_processes, interrupts_wait, pool_of
 from motiondb.files.readers.child_process import how_ended, too_slow
 from motiondb.files.safe_files import read_bounded_text
 from motiondb.files.sheets import SheetEntry

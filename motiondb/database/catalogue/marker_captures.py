@@ -13,13 +13,14 @@ import numpy as np
 from motiondb import store
 from motiondb.answers.catalogue import Exported
 from motiondb.body import body, retarget
-from motiondb.database.catalogue.parts import outside, write_bytes
+from motiondb.database.catalogue.parts import outside
 from motiondb.database.session import Session
 from motiondb.errors import NoBodyError, QueryError
+from motiondb.files.arrays import MARKER_ENDINGS, write_markers
 from motiondb.files.formats import read_marker_bytes
 from motiondb.files.limits import ReadOptions, SkeletonFile
-from motiondb.files.marker_writer import MARKER_ENDINGS, write_markers
 from motiondb.files.readers.markers import MarkerTracks
+from motiondb.files.safe_files import write_bytes
 from motiondb.records import MOTION_FPS, CaptureInfo, Motion
 
 

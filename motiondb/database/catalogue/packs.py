@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, TypeVar
 
 from motiondb import answers
 from motiondb.database.catalogue import exporting
-from motiondb.database.catalogue.parts import write_bytes
 from motiondb.files.own_files import WRITER
+from motiondb.files.safe_files import write_bytes
 from motiondb.files.sheet_writer import write_table
 
 if TYPE_CHECKING:

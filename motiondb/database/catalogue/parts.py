@@ -14,7 +14,7 @@ from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.gltf_writer import write_gltf
-from motiondb.files.safe_files import check_output, output_file
+from motiondb.files.safe_files import check_output
 from motiondb.records import MOTION_FPS, Clip, Motion
 
 if TYPE_CHECKING:
@@ -121,13 +121,6 @@ def write_clip(
     else:
         return write_gltf(clip, path, owner, reduce_keys)
     return ()
-
-
-def write_bytes(path: Path, data: bytes) -> Path:
-    """Write a file as a whole or not at all."""
-    with output_file(path) as draft:
-        draft.write_bytes(data)
-    return path
 
 
 def load_example(

@@ -22,7 +22,6 @@ import numpy as np
 from motiondb import answers, pictures, store
 from motiondb.answers import plain
 from motiondb.body import body, retarget
-from motiondb.database.catalogue.parts import write_bytes
 from motiondb.database.generated_files import edits_in, leaves_out, runs_between, sources_of
 from motiondb.database.scenes.scene_making import MadeScene, SceneProgress
 from motiondb.database.scenes.scene_records import from_json, to_json, waiting
@@ -32,8 +31,7 @@ from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.formats import read_capture
 from motiondb.files.gltf_writer import Character, write_gltf_scene
 from motiondb.files.json_text import to_record
-from motiondb.files.safe_files import check_output, read_bounded_text
-from motiondb.files.whole_folders import unwritable
+from motiondb.files.safe_files import check_output, read_bounded_text, unwritable, write_bytes
 from motiondb.pictures.scenes import performer_colours
 from motiondb.records import MOTION_FPS, Clip, IntArray, Motion
 from motiondb.scene.language.activity import Thing

@@ -25,8 +25,7 @@ from motiondb.database.scenes.scene_records import record_text
 from motiondb.database.scenes.scene_texts import SceneText, read_scene_text
 from motiondb.database.session import Topic
 from motiondb.errors import QueryError, SceneError, suggestion
-from motiondb.files.safe_files import is_folder
-from motiondb.files.whole_folders import whole_folder
+from motiondb.files.safe_files import is_folder, whole_folder
 from motiondb.records import Motion
 from motiondb.scene.clips.caption_actions import FoundActions, ShownAction
 from motiondb.scene.language.motion_grammar import MotionGrammar

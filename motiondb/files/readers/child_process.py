@@ -23,7 +23,7 @@ import numpy as np
 
 from motiondb.errors import CaptureError
 from motiondb.files.limits import ReadLimits, cap_memory
-from motiondb.files.parent_process import end_with_parent, is_main_thread
+from motiondb.files.processes import end_with_parent, is_main_thread
 
 _NO_MEMORY = 77  # Exit code of a child that found too little memory
 

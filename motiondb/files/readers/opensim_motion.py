@@ -33,8 +33,8 @@ from motiondb.files.limits import (
     check_rate,
 )
 from motiondb.files.readers.array_files import frames_left_out
+from motiondb.files.readers.first_bytes import ANGLE, cells_of, other_kind, read_head, some_names
 from motiondb.files.readers.markers import MarkerTracks
-from motiondb.files.readers.opensim_head import ANGLE, cells_of, other_kind, read_head, some_names
 from motiondb.files.readers.opensim_model import read_osim
 from motiondb.files.text import clean_bytes, decode, quoted
 from motiondb.records import Clip, FloatArray
@@ -72,7 +72,8 @@ def read_opensim(
             "one beside it, or with --skeleton.",
         )
     model, posed, fps, notes = _posed(table, skeleton, path, options, len(data))
-    at_rest = coordinates.pose(model, coordinates.with_followers(model, _zeros(model), 1), 1)
+    zeros = {name: np.zeros(1) for name, c in model.coordinates.items() if c.follows is None}
+    at_rest = coordinates.pose(model, coordinates.with_followers(model, zeros, 1), 1)
     places, turns = posed
     back = np.broadcast_to(rotation.conjugate(at_rest[1]), turns.shape)
     clip = hinges.of_frames(
@@ -114,10 +115,6 @@ def opensim_tracks(
 
 
 _NO_UNIT = "The file does not say whether angles are degrees or radians."
-
-
-def _zeros(model: BodyModel) -> dict[str, FloatArray]:
-    return {name: np.zeros(1) for name, c in model.coordinates.items() if c.follows is None}
 
 
 def _missing(message: str) -> str:

@@ -161,14 +161,10 @@ def read_points(
         fps = usual
         told = f"The file has no frame rate; {usual:g} frames a second are taken. "
         notes += (told + "Give the right one (--fps) if this is wrong.",)
-    if _TURNS in arrays and len(_robot_names(names)) > 0:
+    if _TURNS in arrays and any(name.endswith("_skel") for name in names):
         return _of_robot(names, points, arrays[_TURNS], fps, path, options, notes)
     up = options.up or ("y" if "posed_joints" in arrays else "")
     return clip_of_points(names, points, fps, replace(options, up=up), path, "positions", notes)
-
-
-def _robot_names(names: Sequence[str]) -> list[str]:
-    return [name for name in names if name.endswith("_skel")]
 
 
 def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, float]:

@@ -304,7 +304,8 @@ def examples_of(db: MotionDB) -> ExamplesReply:
 
 
 def _find(db: MotionDB) -> ExamplesReply:
-    words = _action_words(db)
+    counted = [row.word for row in db.words.rows() if row.count > 0]  # those in most captions first
+    words = [word for word in counted if verbs_in(word) == {word}]
     proven: list[ProvenQuestion] = []
     shown: set[str] = set()
     for question in islice(_candidates(db, words), MOST_ASKED):
@@ -315,12 +316,6 @@ def _find(db: MotionDB) -> ExamplesReply:
             proven.append(found)
             shown.add(found.capture)
     return ExamplesReply(tuple(proven), tuple(words[:MOST_WORDS]))
-
-
-def _action_words(db: MotionDB) -> list[str]:
-    """Return the words that name actions, those in most captions first."""
-    counted = [row.word for row in db.words.rows() if row.count > 0]
-    return [word for word in counted if verbs_in(word) == {word}]
 
 
 def _candidates(db: MotionDB, words: list[str]) -> Iterator[str]:

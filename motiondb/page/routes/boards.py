@@ -18,7 +18,6 @@ from pydantic import Field, TypeAdapter, ValidationError
 from motiondb import answers
 from motiondb.answers.database import Removed
 from motiondb.database import MotionDB
-from motiondb.database.catalogue.parts import write_bytes
 from motiondb.database.scenes.scene_folder import report_facts
 from motiondb.database.scenes.scene_texts import (
     GRAMMAR,
@@ -31,7 +30,7 @@ from motiondb.database.scenes.scene_texts import (
     shipped_grammar,
     shipped_text,
 )
-from motiondb.files.safe_files import read_bounded
+from motiondb.files.safe_files import read_bounded, write_bytes
 from motiondb.page.diagrams import (
     DiagramShape,
     GroundShape,

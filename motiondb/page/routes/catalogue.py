@@ -19,11 +19,10 @@ from motiondb.errors import QueryError
 from motiondb.files.folder import CAPTURE_ENDINGS
 from motiondb.learn.drift import Drift
 from motiondb.page.errors import ERRORS, PageError
-from motiondb.page.held import info_and_drift
 from motiondb.page.replies import CaptureDetails, CaptureRow, capture_details, capture_row
 from motiondb.page.routes.parameters import LONGEST_TEXT, Body, Name, Seconds, Text, Where
 from motiondb.page.settings import SHEET_ENDINGS, SKELETON_ENDINGS, VERSION
-from motiondb.page.state import Edit, Page, find_row
+from motiondb.page.state import Edit, Page, find_row, info_and_drift
 from motiondb.page.uploads import without_surrogates
 from motiondb.records import Caption, DuplicateGroup
 from motiondb.store import transaction

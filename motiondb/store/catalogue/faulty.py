@@ -1,6 +1,7 @@
-"""Files that ``add`` did not save: those that it could not read, and those of known content.
+"""Files that ``add`` has read, and those that it did not save: unreadable, or of known content.
 
-What is noted of a folder is replaced when the folder is added again.
+What is noted of a folder is replaced when the folder is added again. Files that were read are kept
+as they were then; what the texts hold is for ``add`` to say.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from motiondb.store.connection.handle import Store
+from motiondb.store.connection.statements import columns_of
 from motiondb.store.connection.transactions import transaction
 
 
@@ -74,3 +76,26 @@ def _noted(store: Store, folders: Sequence[Path]) -> tuple[dict[str, str], dict[
 
 def _absolute(files: Mapping[str, str]) -> dict[str, str]:
     return {os.path.abspath(path): told for path, told in files.items()}  # noqa: PTH100
+
+
+@dataclass(frozen=True)
+class KnownFile:
+    """A file when it was read."""
+
+    state: str  # Size, time and access of the file and its skeleton file
+    options: str  # How it was read
+    readings: str  # What was found
+
+
+def load_known_files(store: Store, paths: Sequence[str]) -> dict[str, KnownFile]:
+    """Load those of some files that were read, by their absolute paths."""
+    query = "FROM known_file WHERE path IN (SELECT unnest($1))"
+    rows = store.connection.execute(query, [list(paths)]).fetchall()
+    return {path: KnownFile(*row) for path, *row in rows}
+
+
+def save_known_files(store: Store, files: Mapping[str, KnownFile]) -> None:
+    """Note files that were read, in place of what was noted of them."""
+    with transaction(store) as connection:
+        columns = columns_of(KnownFile, list(files.values()))
+        connection.insert_or_replace("known_file", path=list(files), **columns)

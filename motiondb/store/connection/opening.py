@@ -5,6 +5,13 @@ into place, so that a kill in between never leaves half a file under the name th
 
 DuckDB names the number of one process that holds a lock on the file. The rest is asked of the
 system: ``/proc`` on Linux, ``ps`` elsewhere. Locks of the file system are those of this host.
+
+Fair turns: a process that waits for a database says so, and one that holds it can see that.
+
+A server that answers one request after the other would never let go of the file. A process that
+waits for it holds a shared lock on an empty file ``.NAME.waits`` beside the database. The system
+ends the lock with the process, however that ends. Where no such file can be made, or where the
+system has no such locks, nothing is announced, and the process waits by trying again alone.
 """
 
 from __future__ import annotations
@@ -16,8 +23,8 @@ import socket
 import subprocess
 import tempfile
 import time
-from collections.abc import Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -28,6 +35,7 @@ from motiondb.errors import HeldError, StoreError
 from motiondb.files.safe_files import (
     COPY,
     LOGS,
+    WAITS,
     beside,
     check_file_name,
     count_names,
@@ -45,7 +53,6 @@ from motiondb.files.text import cut
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
 from motiondb.store.connection.handle import KEEP_GROUPS, LARGE, Store
-from motiondb.store.connection.turns import announced, somebody_waits
 
 _CONFIG: dict[str, Any] = {
     # Extensions are fetched at run time from a server; motiondb uses none.
@@ -129,7 +136,8 @@ def _connect_current(
         sweep_drafts(path.parent, re.escape(draft_stem(path)))
         if not read_only:
             _limit_joining(connection, path)
-            _sweep_copies(path)
+            for left in path.parent.glob(f"{glob.escape(beside(path, COPY).name)}*"):
+                delete_all(left)  # a copy of a killed ``compact``; none can run beside a writer
             _sweep_spilled(path)
             somebody_waits(path)  # removes the note of a process that was killed while it waited
     except duckdb.Error as error:
@@ -216,12 +224,6 @@ def _create(path: Path) -> None:
             f"{path}: expected to make a new database, found: {reason} "
             "Look at the folder's permissions and at the disk."
         ) from error
-
-
-def _sweep_copies(path: Path) -> None:
-    """Delete copies that a killed ``compact`` left; for a writer, beside whom none can run."""
-    for left in path.parent.glob(f"{glob.escape(beside(path, COPY).name)}*"):
-        delete_all(left)
 
 
 def _sweep_spilled(path: Path) -> None:
@@ -400,3 +402,72 @@ def _from_ps(pid: int) -> tuple[str, str] | None:
     except (OSError, subprocess.SubprocessError):
         return None
     return (" ".join(answer[5:]), " ".join(answer[:5])) if len(answer) > 5 else None
+
+
+try:
+    import fcntl
+except ImportError:
+    fcntl = None  # type: ignore[assignment]  # Windows has other locks
+
+_FLAGS = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0)
+
+
+@contextmanager
+def announced(database: Path) -> Iterator[None]:
+    """Say, while the block runs, that this process waits for a database."""
+    note = _note(database)
+    descriptor = _lock(note)
+    try:
+        yield
+    finally:
+        if descriptor is not None:
+            with suppress(OSError):  # another process still waits
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                note.unlink()
+            os.close(descriptor)
+
+
+def somebody_waits(database: Path) -> bool:
+    """Return whether a process waits for a database; a note without one is removed."""
+    if fcntl is None:  # a note on a shared disk is of another system
+        return False
+    note = _note(database)
+    try:
+        descriptor = os.open(note, _FLAGS)
+    except OSError:
+        return False
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        note.unlink()
+    except OSError as error:
+        return isinstance(error, BlockingIOError)
+    finally:
+        os.close(descriptor)
+    return False
+
+
+def _note(database: Path) -> Path:
+    """Return the file by which waiting is announced, the same for all names of a database."""
+    real = Path(os.path.realpath(database))
+    return beside(real, WAITS)
+
+
+def _lock(note: Path) -> int | None:
+    """Return the note, open and with a shared lock; None if that cannot be had."""
+    while fcntl is not None:
+        try:
+            descriptor = os.open(note, _FLAGS | os.O_CREAT, 0o644)
+        except OSError:
+            return None
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_SH)
+            # another process may have removed it before it was locked
+            if os.path.samestat(os.fstat(descriptor), note.stat()):
+                return descriptor
+        except FileNotFoundError:
+            pass
+        except OSError:
+            os.close(descriptor)
+            return None
+        os.close(descriptor)
+    return None

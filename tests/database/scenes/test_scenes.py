@@ -41,7 +41,7 @@ from motiondb.database.scenes.scene_texts import (
 from motiondb.database.scenes.scenes import Scene, SceneSettings
 from motiondb.errors import MotionDBError, QueryError, SceneError
 from motiondb.files.formats import read_capture
-from motiondb.files.whole_folders import whole_folder
+from motiondb.files.safe_files import whole_folder
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.scene.clips.clips import ClipSource
 from motiondb.scene.polish.polish import PolishedScene

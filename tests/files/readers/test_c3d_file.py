@@ -7,7 +7,7 @@ import pytest
 from c3d_writer import BLOCK, DEC, PC, SGI, c3d_bytes
 
 from motiondb.errors import CaptureError
-from motiondb.files.readers.c3d_file import C3DFile, read_c3d_file
+from motiondb.files.readers.c3d import C3DFile, read_c3d_file
 
 LABELS = ("LASI", "RASI", "C7", "*110", "Müller:T10")
 

@@ -13,7 +13,7 @@ from motiondb.body.coordinates import BodyModel, Coordinate, with_followers
 from motiondb.errors import CaptureError, NoBodyError
 from motiondb.files.folder import find_captures, not_read
 from motiondb.files.formats import read_capture
-from motiondb.files.readers.opensim_head import read_head
+from motiondb.files.readers.first_bytes import read_head
 from motiondb.records import Clip, FloatArray
 from tests import small_osim
 

@@ -9,9 +9,9 @@ import pytest
 from motiondb.body import hinges, kinematics, retarget, rotation
 from motiondb.errors import CaptureError
 from motiondb.files.formats import read_capture
-from motiondb.files.own_rigs import own_rig
 from motiondb.files.readers.point_motion import ORDERS, humanml3d_positions
 from motiondb.files.readers.robot_model import read_robot
+from motiondb.files.rigs import own_rig
 from motiondb.generate.onto import onto
 from motiondb.records import FloatArray, Motion
 from tests import small_robot

@@ -11,11 +11,11 @@ import pytest
 
 from motiondb.body import hinges, retarget, rotation
 from motiondb.errors import CaptureError
+from motiondb.files.arrays import write_robot
 from motiondb.files.folder import find_captures, not_read
 from motiondb.files.formats import read_capture, with_rate_beside
 from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.robot_model import read_robot
-from motiondb.files.robot_writer import write_robot
 from motiondb.records import Clip
 from tests import small_robot
 

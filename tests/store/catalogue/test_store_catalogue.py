@@ -16,11 +16,13 @@ from motiondb.files import packed_files
 from motiondb.records import POSE_STEP, Caption, Relation
 from motiondb.store.catalogue.captures import (
     N_JOINTS,
+    POSE_SIZE,
     CaptureTotals,
     flatten_motion,
+    pack_poses,
     unflatten_motion,
+    unpack_poses,
 )
-from motiondb.store.poses import POSE_SIZE, pack_poses, unpack_poses
 
 
 def test_what_goes_in_comes_out(database: store.Store, samples: ModuleType) -> None:

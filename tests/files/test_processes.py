@@ -36,11 +36,11 @@ print(list(read_all(jobs, 2)))
 """
 STARTS = """
 import os, subprocess, sys, threading
-from motiondb.files.parent_process import is_main_thread
+from motiondb.files.processes import is_main_thread
 
 child = '''
 import pathlib, sys
-from motiondb.files.parent_process import end_with_parent
+from motiondb.files.processes import end_with_parent
 end_with_parent(int(sys.argv[1]), sys.argv[2] == "True")
 pathlib.Path(sys.argv[3], "child.begun").touch()
 {waits}
