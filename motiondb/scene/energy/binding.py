@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import SceneError
-from motiondb.grammar.cfg.context_free import Tree
+from motiondb.grammar.cfg.context_free import Tree, reachable_symbols
 from motiondb.records import IntArray
 from motiondb.scene.energy.step_orders import step_of, unlinked_orders
 from motiondb.scene.language.activity import (
@@ -159,11 +159,34 @@ class RuleTable:
     # The step of the diagram, the player and the actions [first, last) of every item
     steps: tuple[tuple[int, int, int, int], ...] = ()
     wishes: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, ROW))
+    # By player, the actions of the role without an event or the object that nobody has to ask for
+    unasked: tuple[tuple[str, ...], ...] = ()
+    # Player, first action of an element about an opponent, and that opponent, in their order
+    attends: tuple[tuple[int, int, int], ...] = ()
 
     @property
     def weighed(self) -> RuleTable:
         """The table with its wishes as rows, for the sampling."""
         return replace(self, rows=np.concatenate([self.rows, self.wishes]))
+
+    @property
+    def guard_bounds(self) -> tuple[float, float] | None:
+        """Bounds of the grammar's distance for guarding; None if it has none."""
+        for said in self.annotations:
+            if self.activity.follows(said.symbol) and isinstance(said.rule, DistanceRule):
+                return said.rule.near, said.rule.far
+        return None
+
+    def guarded(self, player: int, before: int | None = None) -> int:
+        """Return whom a declared guard guards at last, or before an action; -1 if nobody is.
+
+        It is the opponent of the last drawn element about one, else who was declared.
+        """
+        one = self.diagram.player[self.players[player]]
+        if not one.guards or self.activity.leader_of(one.team):
+            return -1
+        drawn = [t for p, k, t in self.attends if p == player and (before is None or k < before)]
+        return drawn[-1] if drawn else self.players.index(one.guards)
 
 
 _MOMENTS = {START: AT_START, END: AT_END, THROUGHOUT_NAME: THROUGHOUT, PATH: ON_THE_WAY}
@@ -268,7 +291,34 @@ class Binder:
             self.grammar.annotations,
             tuple(self._steps(strings)),
             np.array([*self._orders(strings), *self._ways(strings)], dtype=ROW),
+            self._unasked,
+            tuple(self._attends(strings)),
         )
+
+    @cached_property
+    def _unasked(self) -> tuple[tuple[str, ...], ...]:
+        grammar, activity = self.grammar, self.grammar.activity
+        found = []
+        for player in self.diagram.players:
+            known = reachable_symbols(grammar.started(grammar.start_of(player.team)))
+            free = (one for one in grammar.terminals if one.name in known and not one.event)
+            found.append(
+                tuple(
+                    one.name
+                    for one in free
+                    if one.name not in grammar.only_asked and not activity.deed(one.name)
+                )
+            )
+        return tuple(found)
+
+    def _attends(self, strings: Sequence[BoundString]) -> Iterator[tuple[int, int, int]]:
+        """Yield the elements of a player about an opponent, with their first actions."""
+        for player, string in enumerate(strings):
+            one = self.diagram.players[player]
+            for item, (first, _) in zip(self.items[player], string.spans, strict=True):
+                own = item.element >= 0 and self.diagram.elements[item.element].player == one.name
+                if own and item.other and self.diagram.player[item.other].team != one.team:
+                    yield player, first, self._number[item.other]
 
     def _orders(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
         """Yield that players begin a step before others end a later one."""

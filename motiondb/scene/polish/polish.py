@@ -20,6 +20,7 @@ from itertools import product
 import numpy as np
 
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
+from motiondb.scene.clips.clip_cutting import compose, inverse
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
@@ -27,6 +28,7 @@ from motiondb.scene.energy.energy import RADIUS
 from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.activity import Activity
 from motiondb.scene.polish.facing import turn_who_waits
+from motiondb.scene.polish.following import chase
 from motiondb.scene.polish.path_editing import COMFORT, Edited, Facing, edit_paths, overlaps
 from motiondb.scene.polish.placed import Placed, place_player
 from motiondb.scene.polish.splicing import Shelf, Spliced, show, splice, standing
@@ -89,6 +91,7 @@ def polish(
     changed little.
     """
     best = _best(state, library, motions, table, approximate)
+    best = _followed(best, state, library, motions, table)
     timeline = best.edited.timeline
     acts = thing_acts(state, library, table, timeline)
     clock = np.arange(timeline.n_frames, dtype=float)
@@ -160,6 +163,43 @@ def _best(
             given_up.add(plan)
         results[plan, radius, facing] = tried
     return min(results.values(), key=lambda tried: tried.fault)
+
+
+def _followed(
+    tried: _Tried,
+    state: SceneState,
+    library: ClipLibrary,
+    motions: Mapping[str, Motion],
+    table: RuleTable,
+) -> _Tried:
+    """Return the scene with guards who follow when their acts are over, if no rule suffers."""
+    for player, one in enumerate(state.players):
+        entries, times = np.asarray(one.entries), tried.edited.timeline
+        since = times.end_of(player, len(entries) - 1)
+        found = chase(library, table, player, entries, times.places, since)
+        if not found:
+            continue
+        old, clock = tried.spliced[player], np.arange(times.n_frames, dtype=float)
+        parts = [part for part in old.parts if part.clip < len(entries)]
+        behind = np.concatenate([entries, found])
+        for entry in found:
+            action = library.terminals[int(library.terminal[entry])]
+            lasts = int(library.n_frames[entry])
+            parts.append(Part(library.source[entry], lasts, len(entries), action=action))
+        out = lead_out(library, behind, times.n_frames, table.activity)
+        parts += [one if one.waits else replace(one, action=action) for one in out]
+        clips = splice(parts, motions, np.array(one.origin, dtype=float))
+        ways = _read(clips.places, clips.rows(tried.maps[player].source_at(clock)))
+        places = times.places.copy()
+        moved = compose(inverse(ways[since]), ways[since:])
+        places[player, since:] = compose(places[player, since], moved)
+        timeline = replace(times, places=places)
+        worse = excess(table, timeline) > excess(table, times) + 1e-9
+        if worse or len(overlaps(table, timeline)) > len(overlaps(table, times)):
+            continue
+        spliced = [*tried.spliced[:player], clips, *tried.spliced[player + 1 :]]
+        tried = replace(tried, spliced=spliced, edited=replace(tried.edited, timeline=timeline))
+    return tried
 
 
 def _fault(table: RuleTable, edited: Edited) -> float:
