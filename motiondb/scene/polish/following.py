@@ -32,8 +32,10 @@ _CATCH_UP = 12.0  # Frames in which somebody catches up with a metre: 2.5 m/s
 _INSIDE = 0.3  # Metres by which a guard aims inside the bounds, for the other goes on
 _ASIDE = np.radians(60.0)  # A turn away from the other that costs 1 at the end, and while guarding
 _MOVING = 2.0  # Cost of standing still in the middle of a step
-_BEAM, _TRIED, _MOST = 10, 16, 24
-"""Strings kept, continuations of each that are looked at frame by frame, and most clips."""
+_CELL = np.array([0.3, 0.3, 0.8])  # Places, m and rad, that count as alike
+_BEAM, _TRIED, _SORTED, _MOST = 8, 16, 1500, 16
+"""Strings kept, continuations of each that are looked at frame by frame, those of which these are
+chosen, and most clips."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,13 +135,11 @@ def chase(
 def _search(one: _Chase, here: FloatArray, since: int) -> tuple[int, ...]:
     """Return the entries of the cheapest string from a place and a frame on."""
     best = _String((), 0.0, one.ending(one.last, here, since, False), here, since)
-    beam = [best]
-    for _ in range(_MOST):
+    beam = [best] if best.total > 0.0 else []
+    while beam and len(beam[0].entries) < _MOST:
         grown = [new for each in beam for new in _grown(one, each)]
         best = min([best, *grown], key=lambda each: each.total)
         beam = _spread(one, [each for each in grown if each.cost < best.total])
-        if not beam:
-            break
     return best.entries
 
 
@@ -154,7 +154,7 @@ def _spread(one: _Chase, grown: Sequence[_String]) -> list[_String]:
 
     kept: dict[tuple[int, ...], _String] = {}
     for each in sorted(grown, key=looks):
-        x, z, theta = np.rint(each.place / (0.3, 0.3, 0.8)).astype(int).tolist()
+        x, z, theta = np.rint(each.place / _CELL).astype(int).tolist()
         kept.setdefault((x, z, theta, each.frame // 15), each)
         if len(kept) == _BEAM:
             break
@@ -178,9 +178,20 @@ def _grown(one: _Chase, since: _String) -> list[_String]:
     look[~fits | _in_the_way(one, since, ends, at)] = np.inf
     turned = look + one.aside(ends, at)
     turned[one.guards] -= 0.5
-    tried = {int(k) for each in (look, turned) for k in np.argsort(each)[:_TRIED]}
+    tried = {k for each in (look, turned) for k in _unlike(each, ends)}
     new = (_with(one, since, k, float(seams[k])) for k in sorted(tried) if np.isfinite(look[k]))
     return [each for each in new if each is not None]
+
+
+def _unlike(costs: FloatArray, ends: FloatArray) -> list[int]:
+    """Return the clips (n,) of least cost, one of those that end (n, 3) alike."""
+    some = (
+        np.argpartition(costs, _SORTED)[:_SORTED] if len(costs) > _SORTED else np.arange(len(costs))
+    )
+    order = some[np.argsort(costs[some])]
+    cells = np.rint(ends[order] / _CELL).astype(np.int64) @ (1, 10_000, 100_000_000)
+    firsts = np.unique(cells, return_index=True)[1]
+    return [int(k) for k in order[np.sort(firsts)[:_TRIED]]]
 
 
 def _in_the_way(
