@@ -348,15 +348,16 @@ class _Making:
         """The motion of a few rounds, to be looked at while the scene is sampled."""
         few = replace(self.sampler, rounds=min(GLIMPSE, self.sampler.rounds))
         state, _ = annealing.sample(self.play, few, np.random.default_rng(0))
-        return self._polished(state)[0]
+        return self._polished(state, follows=False)[0]
 
-    def _polished(self, state: SceneState) -> tuple[PolishedScene, RuleTable]:
+    def _polished(self, state: SceneState, follows: bool = True) -> tuple[PolishedScene, RuleTable]:
         text, clips = self.text, self.clips
         table = bind(
             text.diagram, text.grammar, list(state.trees), [p.spans for p in state.players]
         )
         gaze, is_update = self.settings.gaze, self.start is not None
-        return polish(state, clips.library, clips.motions, table, gaze, is_update), table
+        motions = clips.motions
+        return polish(state, clips.library, motions, table, gaze, is_update, follows), table
 
     def attempt(
         self, number: int, rng: np.random.Generator, shown: FirstMotion | None

@@ -84,14 +84,16 @@ def polish(
     table: RuleTable,
     gaze: bool = True,
     approximate: bool = False,
+    follows: bool = True,
 ) -> PolishedScene:
     """Return a sampled scene as motions in which its rules hold as far as possible.
 
     `approximate`: Leave out attempts that seldom help, for a scene that was polished before and
-    changed little.
+    changed little. `follows`: Whether guards follow when their acts are over.
     """
     best = _best(state, library, motions, table, approximate)
-    best = _followed(best, state, library, motions, table)
+    if follows:
+        best = _followed(best, state, library, motions, table)
     timeline = best.edited.timeline
     acts = thing_acts(state, library, table, timeline)
     clock = np.arange(timeline.n_frames, dtype=float)

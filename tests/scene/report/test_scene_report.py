@@ -124,6 +124,41 @@ def test_a_guards_distance_is_told_over_all_frames() -> None:
     assert (guard.farthest, guard.frame) == (4.5, 70)
 
 
+def test_a_guard_who_is_drawn_to_another_is_measured_from_them_then() -> None:
+    grammar = read_motion_grammar(
+        """
+        start S
+        role attack, defence
+        S -> walk | guard | guard S | walk S
+        guard := "guard"
+        walk := "walk"
+        verb guard = guard on opponent
+        rest walk
+        rest guard for guard
+        guard: distance(opponent, 0.5 m .. 2 m)
+        """,
+        "g.grammar",
+    )
+    diagram = read_diagram(
+        "attack A1 at 0 1\nattack A2 at 5 1\ndefence D1 at 0 2 guards A1\n"
+        "1 walk D1\n2 guard D1 on A2",
+        "g.tactics",
+        grammar.activity,
+    )
+    trees = [parse(grammar.started(), one.split()) for one in ("walk", "walk", "walk guard")]
+    table = bind(diagram, grammar, trees)
+    assert (table.attends, table.guarded(2), table.guarded(2, 1)) == (((2, 1, 1),), 1, 0)
+    assert (table.guarded(0), table.unasked[2]) == (-1, ("guard", "walk"))
+    places = np.zeros((3, 100, 3))
+    places[1:, :, 0] = 5.0
+    places[1:, :, 1] = [[0.0], [1.0]]
+    places[2, :40, 0] = 0.0  # beside A1 for 40 frames, then beside A2
+    begins = np.array([0, 100]), np.array([0, 100]), np.array([0, 30, 100])
+    timeline = Timeline(places, begins, begins, tuple(each[1:] for each in begins))
+    (guard,) = guard_reports(table, timeline)
+    assert (guard.target, guard.outside) == ("A2", pytest.approx(0.1))  # frames 30 to 39
+
+
 WALK = GaitRange(airborne=0, step=0.7, speed=1.6)
 RANGES = {"walk": WALK, "run": GaitRange(airborne=8, step=1.0, speed=5.0), WAITING: STANDING}
 FEET = {side: [body.INDEX[f"{side}_ankle"], body.INDEX[f"{side}_toe"]] for side in ("l", "r")}
