@@ -24,7 +24,7 @@ from motiondb.scene.clips.clip_cutting import compose, inverse
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
-from motiondb.scene.energy.energy import RADIUS
+from motiondb.scene.energy.energy import CONTACT_RADIUS, RADIUS
 from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.activity import Activity
 from motiondb.scene.polish.facing import turn_who_waits
@@ -85,13 +85,15 @@ def polish(
     gaze: bool = True,
     approximate: bool = False,
     follows: bool = True,
+    contact: float = CONTACT_RADIUS,
 ) -> PolishedScene:
     """Return a sampled scene as motions in which its rules hold as far as possible.
 
     `approximate`: Leave out attempts that seldom help, for a scene that was polished before and
-    changed little. `follows`: Whether guards follow when their acts are over.
+    changed little. `follows`: Whether guards follow when their acts are over. `contact`: Radius of
+    the discs of players who are to touch, m.
     """
-    best = _best(state, library, motions, table, approximate)
+    best = _best(state, library, motions, table, approximate, contact)
     if follows:
         best = _followed(best, state, library, motions, table)
     timeline = best.edited.timeline
@@ -136,6 +138,7 @@ def _best(
     motions: Mapping[str, Motion],
     table: RuleTable,
     approximate: bool = False,
+    contact: float = CONTACT_RADIUS,
 ) -> _Tried:
     """Return the first of :data:`_WAYS` in which every rule holds, else that of least fault.
 
@@ -157,7 +160,8 @@ def _best(
             continue
         if plan not in spliced:
             spliced[plan] = _spliced(state, library, motions, scheduled, shelf, table.activity)
-        maps, edited = _edit(state, library, table, (scheduled, spliced[plan]), (radius, facing))
+        how = radius, facing, contact
+        maps, edited = _edit(state, library, table, (scheduled, spliced[plan]), how)
         tried = _Tried(spliced[plan], maps, edited, _fault(table, edited))
         if tried.fault <= (_NEARLY if approximate else 0.0):
             return tried
@@ -217,7 +221,7 @@ def _edit(
     library: ClipLibrary,
     table: RuleTable,
     played: tuple[Scheduled, list[Spliced]],
-    how: tuple[float, bool],
+    how: tuple[float, bool, float],
 ) -> tuple[tuple[TimeMap, ...], Edited]:
     """Edit time and paths in turn."""
     scheduled, spliced = played
@@ -251,7 +255,7 @@ def _edit(
         times = Timeline(ways, begins, instants, ends)
         facings = _facings(table, partners, times) if how[1] else ()
         measured = replace(times, places=before)
-        edited = edit_paths(table, times, best, facings, measured, how[0])
+        edited = edit_paths(table, times, best, facings, measured, how[0], how[2])
         now = edited.timeline
         amiss = excess(table, now)
         better = amiss < 0.9 * best_excess
