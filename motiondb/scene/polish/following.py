@@ -112,9 +112,11 @@ def chase(
     target, bounds = table.guarded(player), table.guard_bounds
     if target < 0 or bounds is None or since >= places.shape[1]:
         return ()
+    plain = np.array([one.stretch == 1.0 for one in library.source])
+    plain &= np.asarray(library.event_frame) < 0
     names = [name for name in table.unasked[player] if name in library.terminals]
     some = [np.arange(library.of(n).start, library.of(n).stop) for n in names]
-    some = [one[np.asarray(library.event_frame)[one] < 0] for one in some]
+    some = [one[plain[one]] for one in some]
     follows = [np.full(len(one), table.activity.follows(n)) for n, one in zip(names, some)]
     others = np.delete(places, player, axis=0)[:, :, :2]
     here = places[player, since]
