@@ -12,6 +12,7 @@ from motiondb.scene.clips.clip_cutting import compose
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
 from motiondb.scene.polish.following import chase
 from motiondb.scene.polish.path_editing import COMFORT
+from motiondb.scene.polish.polish import _drift
 
 TURNS = [math.radians(degrees) for degrees in (0.0, 45.0, -45.0, 90.0, -90.0)]
 FRAMES, METRES = 10, 0.6  # of a step
@@ -88,3 +89,12 @@ def test_nobody_follows_who_stays_or_is_guarded_by_nobody() -> None:
     assert followed(places(0.5)) == ()
     assert chase(library(), TABLE, 2, np.array([5]), places(5.0), 20) == ()
     assert chase(library(), TABLE, 0, np.array([5]), places(5.0), 250) == ()  # the scene is over
+
+
+def test_the_drift_of_blends_is_what_leads_back_to_the_clips() -> None:
+    entries, shown = (0, 1, 3, 2), way((0, 1, 3, 2))
+    assert np.abs(_drift(shown, entries, library())).max() < 1e-9
+    lost = shown + 0.3 * np.clip(np.arange(len(shown)) / 40.0, 0.0, 1.0)[:, None]
+    found = lost + _drift(lost, entries, library())
+    middles = np.arange(4) * FRAMES + FRAMES // 2
+    np.testing.assert_allclose(found[middles], shown[middles], atol=1e-9)
