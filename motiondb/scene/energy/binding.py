@@ -28,8 +28,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import SceneError
-from motiondb.grammar.cfg.context_free import Tree, reachable_symbols
+from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import IntArray
+from motiondb.scene.energy.guarding import unasked_actions
 from motiondb.scene.energy.step_orders import step_of, unlinked_orders
 from motiondb.scene.language.activity import (
     GIVE,
@@ -93,8 +94,7 @@ KINDS: dict[type, int] = {
 }  # Number of each kind of rule
 
 ORDER_WEIGHT, THROUGH_WEIGHT = 0.5, 0.05
-"""c_k of a step that comes too late, s, and of a way through a table, a share of the frames. Chosen
-by hand."""
+"""c_k of a late step, s, and of a way through a table, a share of frames. Chosen by hand."""
 UNMET_WEIGHT = 0.1  # c_k of a rule whose role nobody fills: it costs 10, like a broken distance
 
 ROW = np.dtype(
@@ -131,9 +131,6 @@ class RuleTable:
     A table depends on the trees alone, not on clips and places. It is computed again when the
     structure changes, and not when clips are exchanged.
 
-    Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-    Forum 35 (2016), section 3.1.
-
     Beside the rules there are wishes, which only the sampling weighs, and which the report tells in
     other words if they are not fulfilled: nobody walks through what stands on the ground, and
     (ORDER) action ``first`` of the player begins before action ``partner_first`` of the player
@@ -159,34 +156,12 @@ class RuleTable:
     # The step of the diagram, the player and the actions [first, last) of every item
     steps: tuple[tuple[int, int, int, int], ...] = ()
     wishes: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, ROW))
-    # By player, the actions of the role without an event or the object that nobody has to ask for
-    unasked: tuple[tuple[str, ...], ...] = ()
-    # Player, first action of an element about an opponent, and that opponent, in their order
-    attends: tuple[tuple[int, int, int], ...] = ()
+    unasked: tuple[tuple[str, ...], ...] = ()  # By player (:func:`.guarding.unasked_actions`)
 
     @property
     def weighed(self) -> RuleTable:
         """The table with its wishes as rows, for the sampling."""
         return replace(self, rows=np.concatenate([self.rows, self.wishes]))
-
-    @property
-    def guard_bounds(self) -> tuple[float, float] | None:
-        """Bounds of the grammar's distance for guarding; None if it has none."""
-        for said in self.annotations:
-            if self.activity.follows(said.symbol) and isinstance(said.rule, DistanceRule):
-                return said.rule.near, said.rule.far
-        return None
-
-    def guarded(self, player: int, before: int | None = None) -> int:
-        """Return whom a declared guard guards at last, or before an action; -1 if nobody is.
-
-        It is the opponent of the last drawn element about one, else who was declared.
-        """
-        one = self.diagram.player[self.players[player]]
-        if not one.guards or self.activity.leader_of(one.team):
-            return -1
-        drawn = [t for p, k, t in self.attends if p == player and (before is None or k < before)]
-        return drawn[-1] if drawn else self.players.index(one.guards)
 
 
 _MOMENTS = {START: AT_START, END: AT_END, THROUGHOUT_NAME: THROUGHOUT, PATH: ON_THE_WAY}
@@ -259,10 +234,7 @@ class Binder:
         return tuple(tuple(r for r in rules if r.player == name) for name in self.names)
 
     def assignments(self, player: int, actions: tuple[str, ...]) -> tuple[Spans, ...]:
-        """Return the ways to assign a player's actions to their items.
-
-        See :mod:`motiondb.scene.language.expressions`.
-        """
+        """Return the ways to assign a player's actions to their items (:mod:`.expressions`)."""
         return assignments(actions, self.items[player])
 
     def bind(self, strings: Sequence[BoundString]) -> RuleTable:
@@ -292,33 +264,11 @@ class Binder:
             tuple(self._steps(strings)),
             np.array([*self._orders(strings), *self._ways(strings)], dtype=ROW),
             self._unasked,
-            tuple(self._attends(strings)),
         )
 
     @cached_property
     def _unasked(self) -> tuple[tuple[str, ...], ...]:
-        grammar, activity = self.grammar, self.grammar.activity
-        found = []
-        for player in self.diagram.players:
-            known = reachable_symbols(grammar.started(grammar.start_of(player.team)))
-            free = (one for one in grammar.terminals if one.name in known and not one.event)
-            found.append(
-                tuple(
-                    one.name
-                    for one in free
-                    if one.name not in grammar.only_asked and not activity.deed(one.name)
-                )
-            )
-        return tuple(found)
-
-    def _attends(self, strings: Sequence[BoundString]) -> Iterator[tuple[int, int, int]]:
-        """Yield the elements of a player about an opponent, with their first actions."""
-        for player, string in enumerate(strings):
-            one = self.diagram.players[player]
-            for item, (first, _) in zip(self.items[player], string.spans, strict=True):
-                own = item.element >= 0 and self.diagram.elements[item.element].player == one.name
-                if own and item.other and self.diagram.player[item.other].team != one.team:
-                    yield player, first, self._number[item.other]
+        return tuple(unasked_actions(self.grammar, one.team) for one in self.diagram.players)
 
     def _orders(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
         """Yield that players begin a step before others end a later one."""

@@ -23,6 +23,7 @@ from motiondb.records import FloatArray, IntArray
 from motiondb.scene.clips.clip_cutting import compose
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy.binding import RuleTable
+from motiondb.scene.energy.guarding import guard_bounds, guarded
 from motiondb.scene.polish.path_editing import COMFORT
 from motiondb.scene.timing.playing import AT_REST
 
@@ -109,7 +110,7 @@ def chase(
 
     Shapes: `entries` (actions,); `places` (players, frames, 3), m and rad.
     """
-    target, bounds = table.guarded(player), table.guard_bounds
+    target, bounds = guarded(table, player), guard_bounds(table)
     if target < 0 or bounds is None or since >= places.shape[1]:
         return ()
     plain = np.array([one.stretch == 1.0 for one in library.source])

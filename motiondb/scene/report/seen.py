@@ -15,6 +15,7 @@ from motiondb.body import body
 from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.scene.energy.binding import RuleTable
+from motiondb.scene.energy.guarding import attends, guard_bounds, guarded
 from motiondb.scene.language.tactics import Stretch
 from motiondb.scene.report.report_records import GuardReport, RuleReport, SeenFault
 from motiondb.scene.report.visible_motion import segment_distances, travel_speeds
@@ -46,9 +47,9 @@ def guard_reports(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
     guard or run at another leaves whom they were declared to guard.
     """
     reports = []
-    near, far = table.guard_bounds or (0.0, np.inf)
+    near, far = guard_bounds(table) or (0.0, np.inf)
     for one, name in enumerate(table.players):
-        if table.guarded(one) < 0:
+        if guarded(table, one) < 0:
             continue
         targets = _guarded(table, timeline, one)
         other = int(np.bincount(targets).argmax())
@@ -78,9 +79,9 @@ def guard_reports(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
 
 def _guarded(table: RuleTable, timeline: Timeline, player: int) -> IntArray:
     """Return whom a guard guards in every frame: who was declared, until another is drawn."""
-    targets = np.full(timeline.n_frames, table.guarded(player, 1))
-    for one, first, target in table.attends:
-        if one == player and first > 0:
+    targets = np.full(timeline.n_frames, guarded(table, player, 1))
+    for first, target in attends(table, player):
+        if first > 0:
             targets[int(timeline.begins[player][first]) :] = target
     return targets
 

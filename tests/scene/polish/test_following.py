@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from motiondb.grammar.cfg.parse import parse
 from motiondb.scene.clips.clip_cutting import compose
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
+from motiondb.scene.energy.binding import bind
+from motiondb.scene.language.grammar_file import read_motion_grammar
+from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.following import chase
 from motiondb.scene.polish.path_editing import COMFORT
 from motiondb.scene.polish.polish import _drift
@@ -42,12 +45,21 @@ def library() -> ClipLibrary:
     )
 
 
-TABLE = SimpleNamespace(
-    guarded=lambda player, _before=None: 1 if player == 0 else -1,
-    guard_bounds=(0.5, 2.0),
-    unasked=(("walk", "guard"),) * 3,
-    activity=SimpleNamespace(follows=lambda action: action == "guard"),
+GRAMMAR = read_motion_grammar(
+    """
+    start S
+    role attack, defence
+    S -> walk S | guard S | walk | guard
+    walk := "walk"
+    guard := "guard"
+    rest guard for guard
+    guard: distance(opponent, 0.5 m .. 2 m)
+    """
 )
+DIAGRAM = read_diagram(
+    "defence D at 0 0 guards A\nattack A at 0 1\nattack B at 5 5\n", activity=GRAMMAR.activity
+)
+TABLE = bind(DIAGRAM, GRAMMAR, [parse(GRAMMAR.started(), ["guard"])] * 3)
 
 
 def places(leaves: float, stands: tuple[float, float] = (9.0, 9.0)) -> np.ndarray:

@@ -11,6 +11,7 @@ from motiondb.body import body, retarget
 from motiondb.grammar.cfg.parse import parse
 from motiondb.records import Motion
 from motiondb.scene.energy.binding import bind
+from motiondb.scene.energy.guarding import guarded
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.report.report_records import JumpReport, LimbReport
@@ -147,8 +148,8 @@ def test_a_guard_who_is_drawn_to_another_is_measured_from_them_then() -> None:
     )
     trees = [parse(grammar.started(), one.split()) for one in ("walk", "walk", "walk guard")]
     table = bind(diagram, grammar, trees)
-    assert (table.attends, table.guarded(2), table.guarded(2, 1)) == (((2, 1, 1),), 1, 0)
-    assert (table.guarded(0), table.unasked[2]) == (-1, ("guard", "walk"))
+    assert [guarded(table, *one) for one in ((2,), (2, 1), (0,))] == [1, 0, -1]
+    assert table.unasked[2] == ("guard", "walk")
     places = np.zeros((3, 100, 3))
     places[1:, :, 0] = 5.0
     places[1:, :, 1] = [[0.0], [1.0]]
