@@ -234,7 +234,7 @@ class Binder:
         return tuple(tuple(r for r in rules if r.player == name) for name in self.names)
 
     def assignments(self, player: int, actions: tuple[str, ...]) -> tuple[Spans, ...]:
-        """Return the ways to assign a player's actions to their items (:mod:`.expressions`)."""
+        """Return the ways to assign a player's actions to their items."""
         return assignments(actions, self.items[player])
 
     def bind(self, strings: Sequence[BoundString]) -> RuleTable:
