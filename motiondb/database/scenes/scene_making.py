@@ -32,6 +32,7 @@ from motiondb.scene.clips.caption_actions import THROW, FoundActions, ShownActio
 from motiondb.scene.clips.caption_actions import find_actions as actions_of_captions
 from motiondb.scene.clips.clips import ClipLibrary, VariantSettings, make_library
 from motiondb.scene.energy.binding import RuleTable, bind
+from motiondb.scene.energy.energy import CONTACT_RADIUS, RADIUS
 from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.motion_grammar import MotionGrammar, Terminal
 from motiondb.scene.language.tactics import Diagram
@@ -348,15 +349,38 @@ class _Making:
         """The motion of a few rounds, to be looked at while the scene is sampled."""
         few = replace(self.sampler, rounds=min(GLIMPSE, self.sampler.rounds))
         state, _ = annealing.sample(self.play, few, np.random.default_rng(0))
-        return self._polished(state)[0]
+        return self._polished(state, self._table(state), follows=False)
 
-    def _polished(self, state: SceneState) -> tuple[PolishedScene, RuleTable]:
-        text, clips = self.text, self.clips
-        table = bind(
-            text.diagram, text.grammar, list(state.trees), [p.spans for p in state.players]
-        )
-        gaze, is_update = self.settings.gaze, self.start is not None
-        return polish(state, clips.library, clips.motions, table, gaze, is_update), table
+    def _table(self, state: SceneState) -> RuleTable:
+        spans = [player.spans for player in state.players]
+        return bind(self.text.diagram, self.text.grammar, list(state.trees), spans)
+
+    def _polished(
+        self,
+        state: SceneState,
+        table: RuleTable,
+        follows: bool = True,
+        contact: float = CONTACT_RADIUS,
+    ) -> PolishedScene:
+        clips, gaze, is_update = self.clips, self.settings.gaze, self.start is not None
+        how = gaze, is_update, follows, contact
+        return polish(state, clips.library, clips.motions, table, *how)
+
+    def _measured(
+        self, state: SceneState, table: RuleTable, polished: PolishedScene
+    ) -> tuple[PolishedScene, SceneReport]:
+        """Return a scene with its report, with more room for who touch if their limbs cross.
+
+        To polish once more takes a second, another try a quarter of a minute.
+        """
+        clips = self.clips
+        report = report_scene(state, clips.library, clips.motions, table, polished)
+        meet = [{table.players[one], table.players[other]} for one, _, other, _ in table.contacts]
+        if not any(one.kind == "limbs" and set(one.players) in meet for one in report.impossible):
+            return polished, report
+        apart = self._polished(state, table, contact=RADIUS)
+        other = report_scene(state, clips.library, clips.motions, table, apart)
+        return (apart, other) if _faults(other) < _faults(report) else (polished, report)
 
     def attempt(
         self, number: int, rng: np.random.Generator, shown: FirstMotion | None
@@ -379,10 +403,11 @@ class _Making:
         self.seconds["sampling"] += time.monotonic() - began
         began = time.monotonic()
         progress("polishing", 0.0, trace.final)
-        polished, table = self._polished(state)
+        table = self._table(state)
+        polished = self._polished(state, table)
         if shown is not None:
             shown(polished)
-        report = report_scene(state, clips.library, clips.motions, table, polished)
+        polished, report = self._measured(state, table, polished)
         self.seconds["polishing"] += time.monotonic() - began
         return MadeScene(
             text,
@@ -402,7 +427,10 @@ class _Making:
 
 def _badness(made: MadeScene) -> tuple[int, float]:
     """Return the number of faults of a scene, and its error."""
-    report = made.report
-    wrong = len(report.broken) + len(report.collisions) + len(made.too_fast)
+    return _faults(made.report) + len(made.too_fast), made.error
+
+
+def _faults(report: SceneReport) -> int:
+    """Return the number of what is wrong in a scene: broken rules, and what a viewer sees."""
     seen = sum(one.kind in ("misses", "object") for one in report.seen)
-    return wrong + len(report.impossible) + seen, made.error
+    return len(report.broken) + len(report.collisions) + len(report.impossible) + seen

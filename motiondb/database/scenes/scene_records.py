@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, replace
 from itertools import groupby, pairwise
 from typing import Any, TypeVar, cast
@@ -22,7 +23,8 @@ from motiondb.database.scenes.scene_making import MadeScene, SceneSettings
 from motiondb.database.scenes.scene_texts import SceneText, stored_text
 from motiondb.errors import SceneError
 from motiondb.files.json_text import JSONError, parse_json, to_record
-from motiondb.grammar.cfg.context_free import choices_of, derive_by
+from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Tree, choices_of, derive_by
+from motiondb.grammar.cfg.parse import ParseError, parse
 from motiondb.records import MOTION_FPS, Caption
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
@@ -108,8 +110,8 @@ def record_state(record: store.StoredScene, text: SceneText, library: ClipLibrar
                 " The scene was changed by hand: make it again."
             )
         grammar = text.grammar.started(text.grammar.start_of(who.team))
-        tree = derive_by(grammar, kept.rules)
-        if tree.leaves() != tuple(clip.terminal for clip in kept.clips):
+        tree = _tree(grammar, kept.rules, tuple(clip.terminal for clip in kept.clips))
+        if tree is None:
             raise SceneError(
                 f"{record.name}: expected clips of the actions of {who.name}, found others."
                 " The scene was changed by hand: make it again."
@@ -117,6 +119,17 @@ def record_state(record: store.StoredScene, text: SceneText, library: ClipLibrar
         entries = [_entry(library, clip) for clip in kept.clips]
         players.append(PlayerState(tree, np.array(entries), kept.origin, kept.delay))
     return SceneState(tuple(players))
+
+
+def _tree(grammar: Grammar, rules: Sequence[int], actions: tuple[str, ...]) -> Tree | None:
+    """Return the tree of a player, parsed again where earlier versions numbered rules otherwise."""
+    with suppress(GrammarError):
+        tree = derive_by(grammar, rules)
+        if tree.leaves() == actions:
+            return tree
+    with suppress(ParseError):
+        return parse(grammar, actions)
+    return None
 
 
 _OTHER_CAPTURE = 100.0

@@ -142,14 +142,14 @@ def stored_text(diagram: str, grammar: str, name: str) -> SceneText:
     Grammars of earlier versions did not say what a diagram draws. For one that is shipped with the
     same actions, the shipped one says it.
     """
-    known = read_motion_grammar(grammar, f"{name}: grammar")
+    known = read_motion_grammar(grammar, f"{name}: grammar", is_kept=True)
     if known.name in shipped(GRAMMAR) and not known.activity.declared:
         newer = shipped_grammar(known.name)
         if newer.terminal.keys() == known.terminal.keys():
             asked = newer.only_asked
             terminals = [replace(one, asked=one.name in asked) for one in known.terminals]
             known = replace(known, activity=newer.activity, terminals=tuple(terminals))
-    read = read_diagram(diagram, f"{name}: diagram", known.activity)
+    read = read_diagram(diagram, f"{name}: diagram", known.activity, is_kept=True)
     return SceneText(read, known, diagram, grammar)
 
 

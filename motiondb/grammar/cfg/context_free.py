@@ -175,7 +175,8 @@ def format_grammar(grammar: Grammar) -> str:
 def read_grammar(text: str) -> Grammar:
     """Read a grammar from its text; the first line's left side is the start symbol.
 
-    Alternatives without a probability share the remainder equally; all are scaled to sum to 1.
+    Alternatives without a probability share the remainder equally; all are scaled to sum to 1. One
+    that is written several times has the sum of its shares.
     """
     alternatives: list[tuple[str, tuple[str, ...], float | None]] = []
     for number, line in enumerate(text.splitlines(), start=1):
@@ -228,7 +229,13 @@ def _probability(text: str | None, where: str) -> float | None:
 
 
 def share_out(alternatives: list[tuple[str, tuple[str, ...], float | None]]) -> Iterator[Rule]:
-    """Yield the rules; those without a probability get equal shares of the remainder."""
+    """Yield every rule once; those without a probability get equal shares of the remainder.
+
+    >>> for rule in read_grammar("S -> a | a | b").rules:
+    ...     print(rule.right, round(rule.probability, 3))
+    ('a',) 0.667
+    ('b',) 0.333
+    """
     given: dict[str, list[float | None]] = {}
     for left, _, chance in alternatives:
         given.setdefault(left, []).append(chance)
@@ -238,10 +245,14 @@ def share_out(alternatives: list[tuple[str, tuple[str, ...], float | None]]) -> 
         n_open = len(chances) - len(stated)
         rest = max(0.0, 1.0 - sum(stated)) / n_open if n_open else 0.0
         shares[left] = rest, sum(stated) + rest * n_open
+    summed: dict[tuple[str, tuple[str, ...]], float] = {}
     for left, right, chance in alternatives:
         rest, total = shares[left]
         value = rest if chance is None else chance
-        yield Rule(left, right, value / total if total > 0 else 1 / len(given[left]))
+        share = value / total if total > 0 else 1 / len(given[left])
+        summed[left, right] = summed.get((left, right), 0.0) + share
+    for (left, right), probability in summed.items():
+        yield Rule(left, right, probability)
 
 
 def nullable_symbols(grammar: Grammar) -> frozenset[str]:

@@ -30,6 +30,7 @@ from numpy.typing import NDArray
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import IntArray
+from motiondb.scene.energy.guarding import unasked_actions
 from motiondb.scene.energy.step_orders import step_of, unlinked_orders
 from motiondb.scene.language.activity import (
     GIVE,
@@ -93,8 +94,7 @@ KINDS: dict[type, int] = {
 }  # Number of each kind of rule
 
 ORDER_WEIGHT, THROUGH_WEIGHT = 0.5, 0.05
-"""c_k of a step that comes too late, s, and of a way through a table, a share of the frames. Chosen
-by hand."""
+"""c_k of a late step, s, and of a way through a table, a share of frames. Chosen by hand."""
 UNMET_WEIGHT = 0.1  # c_k of a rule whose role nobody fills: it costs 10, like a broken distance
 
 ROW = np.dtype(
@@ -131,9 +131,6 @@ class RuleTable:
     A table depends on the trees alone, not on clips and places. It is computed again when the
     structure changes, and not when clips are exchanged.
 
-    Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-    Forum 35 (2016), section 3.1.
-
     Beside the rules there are wishes, which only the sampling weighs, and which the report tells in
     other words if they are not fulfilled: nobody walks through what stands on the ground, and
     (ORDER) action ``first`` of the player begins before action ``partner_first`` of the player
@@ -159,6 +156,7 @@ class RuleTable:
     # The step of the diagram, the player and the actions [first, last) of every item
     steps: tuple[tuple[int, int, int, int], ...] = ()
     wishes: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, ROW))
+    unasked: tuple[tuple[str, ...], ...] = ()  # By player (:func:`.guarding.unasked_actions`)
 
     @property
     def weighed(self) -> RuleTable:
@@ -236,10 +234,7 @@ class Binder:
         return tuple(tuple(r for r in rules if r.player == name) for name in self.names)
 
     def assignments(self, player: int, actions: tuple[str, ...]) -> tuple[Spans, ...]:
-        """Return the ways to assign a player's actions to their items.
-
-        See :mod:`motiondb.scene.language.expressions`.
-        """
+        """Return the ways to assign a player's actions to their items."""
         return assignments(actions, self.items[player])
 
     def bind(self, strings: Sequence[BoundString]) -> RuleTable:
@@ -268,7 +263,12 @@ class Binder:
             self.grammar.annotations,
             tuple(self._steps(strings)),
             np.array([*self._orders(strings), *self._ways(strings)], dtype=ROW),
+            self._unasked,
         )
+
+    @cached_property
+    def _unasked(self) -> tuple[tuple[str, ...], ...]:
+        return tuple(unasked_actions(self.grammar, one.team) for one in self.diagram.players)
 
     def _orders(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
         """Yield that players begin a step before others end a later one."""

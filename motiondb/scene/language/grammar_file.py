@@ -9,6 +9,7 @@ next line begins with ``|``. ``#`` begins a comment. The order of statements is 
 
     S -> Walk Carry Walk                   # rules of order; | divides alternatives
     Walk -> walk+                          # X* X+ X? and ( ) repeat, [0.3] is a probability,
+                                           # a | a | b is a twice as often as b,
                                            # (x & y & z) is all of them in any order,
     Carry -> pickup carry* putdown         # empty is the empty string
 
@@ -89,9 +90,12 @@ _SLACK = 0.02
 0.99."""
 
 
-def read_motion_grammar(text: str, where: str = "grammar") -> MotionGrammar:
-    """Read a motion grammar from its text."""
-    reading = GrammarReading(where)
+def read_motion_grammar(text: str, where: str = "grammar", is_kept: bool = False) -> MotionGrammar:
+    """Read a motion grammar from its text.
+
+    `is_kept`: Whether it is of a scene that an earlier version made, which allowed slips.
+    """
+    reading = GrammarReading(where, is_kept)
     read_statements("motion_grammar", text, reading)
     _check(reading)
     place = {row[0]: k for k, row in reversed(list(enumerate(reading.alternatives)))}

@@ -44,7 +44,7 @@ from motiondb.scene.language.semantic_rules import (
     Spot,
     SynchronisationRule,
 )
-from motiondb.scene.language.texts import UNITS, Quantity, Reading, slip
+from motiondb.scene.language.texts import UNITS, Quantity, Reading
 
 if TYPE_CHECKING:
     from lark import Token
@@ -151,11 +151,12 @@ class GrammarReading(Reading):
     }
     behind = frozenset(("_ARROW", "_IS", "COLON", "COMMA", "_IN", "_ANSWERS"))
 
-    def __init__(self, where: str) -> None:
-        super().__init__(where)
+    def __init__(self, where: str, is_kept: bool = False) -> None:
+        super().__init__(where, is_kept)
         self.name = ""
         self.starts: list[tuple[Start, Token]] = []
         self.alternatives: list[Alternative] = []
+        self.plain: dict[tuple[str, Items], Names] = {}
         self.lines: dict[str, Token] = {}
         self.terminals: dict[str, tuple[Terminal, Token]] = {}
         self.drafts: list[Draft] = []
@@ -216,8 +217,9 @@ class GrammarReading(Reading):
             f"{left}.{n}" for n in count(1 + sum(n.startswith(f"{left}.") for n in self.lines))
         )
         for parts, chance in alternatives:
-            self.once(left, ("->", str(left), parts), f"every alternative of {left} once")
-            self.alternatives.append((str(left), self._plain(parts, names, helpers), chance))
+            if (left, parts) not in self.plain:  # written again, it weighs more
+                self.plain[left, parts] = self._plain(parts, names, helpers)
+            self.alternatives.append((str(left), self.plain[left, parts], chance))
         self.alternatives += helpers
         for name, _, _ in helpers:
             self.lines.setdefault(name, left)
@@ -437,7 +439,7 @@ class GrammarReading(Reading):
             elif link or way[0] in _NOT_LINKS:
                 what = "one word and role, 'to X Z', or 'with' and the object"
                 self.fail(way[0], what, self.advice["_VERB"])
-            elif near := slip(way[0], _BEHIND_VERBS):
+            elif near := self.slip(way[0], _BEHIND_VERBS):
                 self.fail(way[0], repr(near), f"Did you mean {near}?")
             else:
                 link, role = str(way[0]), str(way[1])

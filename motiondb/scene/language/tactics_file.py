@@ -35,7 +35,7 @@ from motiondb.scene.language.activity import GIVE, PLAYER, Activity, Ground, Ste
 from motiondb.scene.language.possession import check_diagram
 from motiondb.scene.language.semantic_rules import Spot
 from motiondb.scene.language.tactics import DOES, Diagram, Element, Player, Stretch
-from motiondb.scene.language.texts import LARGEST, Quantity, Reading, read_statements, slip
+from motiondb.scene.language.texts import LARGEST, Quantity, Reading, read_statements
 
 if TYPE_CHECKING:
     from lark import Token
@@ -131,21 +131,33 @@ def grammar_name(text: str) -> str:
     return match[1] if match else Diagram.grammar
 
 
-def read_diagram(text: str, where: str = "diagram", activity: Activity | None = None) -> Diagram:
+def read_diagram(
+    text: str,
+    where: str = "diagram",
+    activity: Activity | None = None,
+    is_kept: bool = False,
+) -> Diagram:
     """Read a diagram from its text, and check that it can be played.
 
     `activity`: That of its grammar (:attr:`.motion_grammar.MotionGrammar.activity`); without, any
-    word is a verb.
+    word is a verb. `is_kept`: Whether it is of a scene that an earlier version made, which allowed
+    slips.
     """
-    diagram = parse_diagram(text, where, activity)
+    diagram = parse_diagram(text, where, activity, is_kept)
     check_diagram(diagram, where)
     return diagram
 
 
-def parse_diagram(text: str, where: str = "diagram", activity: Activity | None = None) -> Diagram:
+def parse_diagram(
+    text: str,
+    where: str = "diagram",
+    activity: Activity | None = None,
+    is_kept: bool = False,
+) -> Diagram:
     """Read a diagram from its text, whether or not it can be played."""
-    reading = _DiagramReading(where, activity or Activity())
+    reading = _DiagramReading(where, activity or Activity(), is_kept)
     read_statements("diagram", text, reading)
+    reading.refuse_lone_roles()
     diagram = reading.diagram
     if not diagram.players:
         team = diagram.activity.teams[0]
@@ -189,9 +201,10 @@ class _DiagramReading(Reading):
         "Z": "z, metres",
     }
 
-    def __init__(self, where: str, activity: Activity) -> None:
-        super().__init__(where)
+    def __init__(self, where: str, activity: Activity, is_kept: bool) -> None:
+        super().__init__(where, is_kept)
         self.diagram = Diagram("", (), (), activity=activity)
+        self.roles: list[Token] = []  # Those of players, as they are written
 
     def advise(self, before: list[Token]) -> str:
         """Return what to do; for an element, how it is written with a link."""
@@ -229,7 +242,7 @@ class _DiagramReading(Reading):
             self.fail(x, f"a place within {LARGEST:g} metres", "Lengths are metres.")
         given = {each for each, _ in self.diagram.own_places}
         missing = [each for each in self.diagram.activity.place if each not in given]
-        near = "" if name in self.diagram.activity.place else slip(name, missing)
+        near = "" if name in self.diagram.activity.place else self.slip(name, missing)
         if near and near.rstrip("0123456789") != name.rstrip("0123456789"):
             self.fail(name, f"the place {near} of the grammar", f"Did you mean {near}?")
         self._add(own_places=(*self.diagram.own_places, (str(name), spot)))
@@ -282,10 +295,9 @@ class _DiagramReading(Reading):
 
     def _player(self, team: Token, name: Token, at: Spot, _: object, guards: Token | None) -> None:
         activity = self.diagram.activity
-        if team not in activity.teams:  # without roles any word is one that is not like a keyword
-            near = slip(team, (*_KEYWORDS, PLAYER))
-            if activity.roles or near:
-                self._held(team, name, at)
+        if activity.roles and team not in activity.teams:
+            self._held(team, name, at)
+        self.roles.append(team)
         for other in self.diagram.players:  # some file systems do not tell upper from lower case
             if other.name.casefold() == name.casefold():
                 self.fail(name, "a name of their own", f"Line {other.line} has the same.")
@@ -293,6 +305,20 @@ class _DiagramReading(Reading):
             self.fail(name, f"a name of at most {_LONGEST_NAME} characters", "Shorten it.")
         player = Player(str(name), str(team), at, str(guards or ""), team.line or 0)
         self._add(players=(*self.diagram.players, player))
+
+    def refuse_lone_roles(self) -> None:
+        """Refuse a role that one player has and that is spelt like a keyword but for a letter.
+
+        Without roles in the grammar any word is one. People rarely mistake the first letter.
+        """
+        for role in self.roles:
+            near = self.slip(role, (*_KEYWORDS, PLAYER))
+            is_own = role in self.diagram.activity.teams or self.roles.count(role) > 1
+            if near and near[0] == role[0] and not is_own:
+                what = f"'{near}', or a role of several players or of the grammar"
+                self.fail(
+                    role, what, f"Did you mean {near}? Or write 'role {role}' in the grammar."
+                )
 
     def _class(self, *names: Token | None) -> Step:
         *actions, again = names
@@ -332,14 +358,14 @@ class _DiagramReading(Reading):
                 element = replace(element, **tail)
         element = replace(element, to=goes[0] if goes else None)
         for link, name in links:
-            if not verb.link and (near := slip(link, _LINKS)):
+            if not verb.link and (near := self.slip(link, _LINKS)):
                 self.fail(link, repr(near), f"Did you mean {near}?")
             if link != (verb.link or link) or len(links) > 1:
                 what = repr(verb.link) if verb.link else "one player or place"
                 self.fail(link, what, f"Write '{written} {verb.link or link} D1'.")
             element = replace(element, link=str(link), other=str(name))
         gives = any(activity.deed(a) == GIVE for one in verbs for a in one.last)
-        if element.caught and activity.actions and not gives:
+        if element.caught and activity.actions and not gives and not self.is_kept:
             self.fail(who, "'caught' behind what gives", "Leave it out.", f"'caught' behind {kind}")
         must_go = element.to is None and (verb.must_go or element.via)
         if must_go or any(isinstance(tail, Spot) for tail in tails):

@@ -230,8 +230,11 @@ class Reading:
     expected: ClassVar[Mapping[str, str]] = {}  # What messages call a terminal
     behind: ClassVar[frozenset[str]] = frozenset()  # What follows any first name
 
-    def __init__(self, where: str) -> None:
+    def __init__(self, where: str, is_kept: bool = False) -> None:
         self.where = where
+        self.is_kept = (
+            is_kept  # Whether an earlier version accepted the text: no slip is looked for
+        )
         self.tokens: list[Token] = []
         self.said: dict[Hashable, int] = {}
 
@@ -248,10 +251,14 @@ class Reading:
 
     def once(self, token: Token, key: Hashable, what: str) -> None:
         """Refuse a token if the same thing was stated before."""
-        if key in self.said:
+        if key in self.said and not self.is_kept:
             advice = f"Line {self.said[key]} says it already: leave one of them out."
             self.fail(token, what, advice)
         self.said[key] = token.line or 0
+
+    def slip(self, word: str, keywords: Collection[str]) -> str:
+        """Return the keyword of which a word is a slip (:func:`slip`), or ""."""
+        return "" if self.is_kept else slip(word, keywords)
 
     def unknown(
         self, token: Token, what: str, known: Collection[str], advice: str = ""

@@ -65,7 +65,10 @@ class Overlap:
 
 
 def depths(
-    table: RuleTable, timeline: Timeline, radius: float = RADIUS
+    table: RuleTable,
+    timeline: Timeline,
+    radius: float = RADIUS,
+    contact: float = CONTACT_RADIUS,
 ) -> Iterator[tuple[int, int, FloatArray]]:
     """Yield for every pair of players the overlap of their discs: arrays (frames,), m.
 
@@ -78,7 +81,7 @@ def depths(
         for q in range(p):
             away = timeline.places[p, :, :2] - timeline.places[q, :, :2]
             usual = RADIUS if may_touch[p, q].any() else radius
-            needed = np.where(may_touch[p, q], 2.0 * CONTACT_RADIUS, 2.0 * usual)
+            needed = np.where(may_touch[p, q], 2.0 * contact, 2.0 * usual)
             yield q, p, needed - np.linalg.norm(away, axis=1)
 
 
@@ -92,10 +95,14 @@ def overlaps(table: RuleTable, timeline: Timeline) -> tuple[Overlap, ...]:
 
 
 def pushes(
-    table: RuleTable, timeline: Timeline, slack: float, radius: float = RADIUS
+    table: RuleTable,
+    timeline: Timeline,
+    slack: float,
+    radius: float = RADIUS,
+    contact: float = CONTACT_RADIUS,
 ) -> Iterator[tuple[int, IntArray, FloatArray]]:
     """Yield player, frames and displacements (frames, 2) that put discs ``slack`` apart."""
-    for q, p, depth in depths(table, timeline, radius):
+    for q, p, depth in depths(table, timeline, radius, contact):
         frames = np.flatnonzero(depth > 1e-9)
         if len(frames) == 0:
             continue
@@ -173,13 +180,14 @@ def edit_paths(
     facings: tuple[Facing, ...] = (),
     before: Timeline | None = None,
     radius: float = RADIUS,
+    contact: float = CONTACT_RADIUS,
 ) -> Edited:
     """Return the timeline with all paths edited so that the rules hold and no players overlap.
 
     Shapes: `wished` (players, frames, 3), m and rad.
 
     `before`: A timeline of the same times, by which fractions of a distance are found; by default
-    ``spliced``.
+    ``spliced``. `radius`, `contact`: Of the discs, m, and of those of players who are to touch.
     """
     before = before or spliced
     n_players, n_frames, _ = spliced.places.shape
@@ -202,7 +210,7 @@ def edit_paths(
         for facing in facings:
             if {facing.player, facing.target} & changed:
                 _face(facing, timeline, turns)
-        for p, touching, by in pushes(table, timeline, SLACK, radius):
+        for p, touching, by in pushes(table, timeline, SLACK, radius, contact):
             places[p].move(touching, by)
         moved = [places[p].settle(timeline.places[p, :, :2]) for p in range(n_players)]
         turned = [turns[p].settle(timeline.places[p, :, 2:]) for p in range(n_players)]

@@ -16,6 +16,7 @@ from motiondb.scene.timing.scheduling import TimeMap
 # Frames in which arms and heads were edited after the clips were spliced.
 
 
+FOLLOWS = "follows: "  # Before the action, in the edits of frames behind the last action
 LEAST = math.radians(1.0)
 """Smallest turn of a joint, rad, that counts as an edit. Chosen by hand: a smaller one cannot be
 seen."""
@@ -90,7 +91,8 @@ def place_player(
     for frame, (number, share) in enumerate(zip(numbers, shares, strict=True)):
         part = spliced.parts[number]
         said = [part.source.edit, f"blend {share:.2f}" if share < 1.0 else ""]
-        said += ["waits" if part.waits else "", "way edited, feet held"]
+        said += ["waits" if part.waits else "", f"{FOLLOWS}{part.action}" if part.action else ""]
+        said.append("way edited, feet held")
         said += [edit for edit, frames in moved.items() if frames[frame]]
         edits.append(", ".join(word for word in said if word))
     return Placed(

@@ -13,20 +13,22 @@ Multi-Character Motion Editing", ACM Transactions on Graphics 28 (2009).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
+from motiondb.scene.clips.clip_cutting import compose, inverse
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
-from motiondb.scene.energy.energy import RADIUS
+from motiondb.scene.energy.energy import CONTACT_RADIUS, RADIUS
 from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.activity import Activity
 from motiondb.scene.polish.facing import turn_who_waits
+from motiondb.scene.polish.following import chase
 from motiondb.scene.polish.path_editing import COMFORT, Edited, Facing, edit_paths, overlaps
 from motiondb.scene.polish.placed import Placed, place_player
 from motiondb.scene.polish.splicing import Shelf, Spliced, show, splice, standing
@@ -82,13 +84,18 @@ def polish(
     table: RuleTable,
     gaze: bool = True,
     approximate: bool = False,
+    follows: bool = True,
+    contact: float = CONTACT_RADIUS,
 ) -> PolishedScene:
     """Return a sampled scene as motions in which its rules hold as far as possible.
 
     `approximate`: Leave out attempts that seldom help, for a scene that was polished before and
-    changed little.
+    changed little. `follows`: Whether guards follow when their acts are over. `contact`: Radius of
+    the discs of players who are to touch, m.
     """
-    best = _best(state, library, motions, table, approximate)
+    best = _best(state, library, motions, table, approximate, contact)
+    if follows:
+        best = _followed(best, state, library, motions, table)
     timeline = best.edited.timeline
     acts = thing_acts(state, library, table, timeline)
     clock = np.arange(timeline.n_frames, dtype=float)
@@ -131,6 +138,7 @@ def _best(
     motions: Mapping[str, Motion],
     table: RuleTable,
     approximate: bool = False,
+    contact: float = CONTACT_RADIUS,
 ) -> _Tried:
     """Return the first of :data:`_WAYS` in which every rule holds, else that of least fault.
 
@@ -152,7 +160,8 @@ def _best(
             continue
         if plan not in spliced:
             spliced[plan] = _spliced(state, library, motions, scheduled, shelf, table.activity)
-        maps, edited = _edit(state, library, table, (scheduled, spliced[plan]), (radius, facing))
+        how = radius, facing, contact
+        maps, edited = _edit(state, library, table, (scheduled, spliced[plan]), how)
         tried = _Tried(spliced[plan], maps, edited, _fault(table, edited))
         if tried.fault <= (_NEARLY if approximate else 0.0):
             return tried
@@ -160,6 +169,62 @@ def _best(
             given_up.add(plan)
         results[plan, radius, facing] = tried
     return min(results.values(), key=lambda tried: tried.fault)
+
+
+def _followed(
+    tried: _Tried,
+    state: SceneState,
+    library: ClipLibrary,
+    motions: Mapping[str, Motion],
+    table: RuleTable,
+) -> _Tried:
+    """Return the scene with guards who follow when their acts are over, if no rule suffers."""
+    for player, one in enumerate(state.players):
+        entries, times = np.asarray(one.entries), tried.edited.timeline
+        since = times.end_of(player, len(entries) - 1)
+        found = chase(library, table, player, entries, times.places, since)
+        if not found:
+            continue
+        old, clock = tried.spliced[player], np.arange(times.n_frames, dtype=float)
+        parts = [part for part in old.parts if part.clip < len(entries)]
+        behind = np.concatenate([entries, found])
+        for entry in found:
+            action = library.terminals[int(library.terminal[entry])]
+            lasts = int(library.n_frames[entry])
+            parts.append(Part(library.source[entry], lasts, len(entries), action=action))
+        out = lead_out(library, behind, times.n_frames, table.activity)
+        parts += [one if one.waits else replace(one, action=action) for one in out]
+        clips = splice(parts, motions, np.array(one.origin, dtype=float))
+        ways = _read(clips.places, clips.rows(tried.maps[player].source_at(clock)))
+        places = times.places.copy()
+        moved = compose(inverse(ways[since]), ways[since:])
+        path = compose(places[player, since], moved)
+        places[player, since:] = path + _drift(path, found, library)
+        timeline = replace(times, places=places)
+        worse = excess(table, timeline) > excess(table, times) + 1e-9
+        if worse or len(overlaps(table, timeline)) > len(overlaps(table, times)):
+            continue
+        spliced = [*tried.spliced[:player], clips, *tried.spliced[player + 1 :]]
+        tried = replace(tried, spliced=spliced, edited=replace(tried.edited, timeline=timeline))
+    return tried
+
+
+def _drift(path: FloatArray, entries: Sequence[int], library: ClipLibrary) -> FloatArray:
+    """Return by how much a spliced path (frames, 3) is off from its clips, even between middles.
+
+    Blends change steps and turns, which adds up to decimetres over ten clips.
+    """
+    here, since, knots = path[0], 0, [(0.0, np.zeros(3))]
+    for entry in entries:
+        middle = int(library.n_frames[entry]) // 2
+        if since + middle < len(path):
+            off = compose(here, library.path_of(entry)[middle]) - path[since + middle]
+            off[2] = (off[2] + np.pi) % (2.0 * np.pi) - np.pi
+            knots.append((float(since + middle), off))
+        here, since = compose(here, library.step[entry]), since + int(library.n_frames[entry])
+    frames, offs = zip(*knots, strict=True)
+    clock = np.arange(len(path))
+    return np.stack([np.interp(clock, frames, values) for values in np.array(offs).T], axis=1)
 
 
 def _fault(table: RuleTable, edited: Edited) -> float:
@@ -175,7 +240,7 @@ def _edit(
     library: ClipLibrary,
     table: RuleTable,
     played: tuple[Scheduled, list[Spliced]],
-    how: tuple[float, bool],
+    how: tuple[float, bool, float],
 ) -> tuple[tuple[TimeMap, ...], Edited]:
     """Edit time and paths in turn."""
     scheduled, spliced = played
@@ -209,7 +274,7 @@ def _edit(
         times = Timeline(ways, begins, instants, ends)
         facings = _facings(table, partners, times) if how[1] else ()
         measured = replace(times, places=before)
-        edited = edit_paths(table, times, best, facings, measured, how[0])
+        edited = edit_paths(table, times, best, facings, measured, how[0], how[2])
         now = edited.timeline
         amiss = excess(table, now)
         better = amiss < 0.9 * best_excess

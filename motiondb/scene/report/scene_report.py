@@ -42,6 +42,7 @@ from motiondb.scene.report.report_records import (
 )
 from motiondb.scene.report.seen import guard_reports, kept_reports, seen_faults
 from motiondb.scene.report.visible_motion import (
+    WAITING,
     crossing_limbs,
     foot_jumps,
     impossible_gait,
@@ -75,12 +76,11 @@ def report_scene(
     before, after = sampled_timeline(state, library), shown_timeline(polished)
     joints = [retarget.motion_positions(placed.motion)[0] for placed in polished.players]
     names = [placed.player for placed in polished.players]
-    ranges = natural_ranges(library, motions, {a for row in table.actions for a in row})
+    shown = [shown_actions(*one) for one in zip(polished.players, table.actions, strict=True)]
+    actions = {one for row in (*table.actions, *shown) for one in row} - {WAITING}
+    ranges = natural_ranges(library, motions, actions)
     jumps, impossible = [], []
-    for placed, actions, joint_positions in zip(
-        polished.players, table.actions, joints, strict=True
-    ):
-        labels = shown_actions(placed, actions)
+    for placed, labels, joint_positions in zip(polished.players, shown, joints, strict=True):
         jumps.append(foot_jumps(placed, joint_positions, motions))
         impossible += impossible_gait(placed.player, joint_positions, labels, ranges)
         impossible += impossible_jump(jumps[-1], labels)

@@ -13,9 +13,9 @@ import numpy as np
 
 from motiondb.body import body
 from motiondb.body.features import runs
-from motiondb.records import MOTION_FPS, FloatArray
+from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.scene.energy.binding import RuleTable
-from motiondb.scene.language.semantic_rules import DistanceRule
+from motiondb.scene.energy.guarding import attends, guard_bounds, guarded
 from motiondb.scene.language.tactics import Stretch
 from motiondb.scene.report.report_records import GuardReport, RuleReport, SeenFault
 from motiondb.scene.report.visible_motion import segment_distances, travel_speeds
@@ -43,16 +43,19 @@ _FINE = 4  # Times within a frame at which things that fly are looked at
 def guard_reports(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
     """Return how far declared guards are from whom they guard, over all frames of the scene.
 
-    The bounds are those of the grammar's distance for guarding, if it has one.
+    The bounds are those of the grammar's distance for guarding, if it has one. Who is drawn to
+    guard or run at another leaves whom they were declared to guard.
     """
     reports = []
-    bounds = _guard_bounds(table)
-    for player in table.diagram.players:
-        if not player.guards or table.activity.leader_of(player.team):
+    near, far = guard_bounds(table) or (0.0, np.inf)
+    for one, name in enumerate(table.players):
+        if guarded(table, one) < 0:
             continue
-        one, other = table.players.index(player.name), table.players.index(player.guards)
-        near, far = bounds
-        apart = _apart(timeline, one, other)
+        targets = _guarded(table, timeline, one)
+        other = int(np.bincount(targets).argmax())
+        places = timeline.places[:, :, :2]
+        now = places[targets, np.arange(timeline.n_frames)]
+        apart = np.linalg.norm(places[one] - now, axis=1)
         frame = int(np.argmax(apart))
         looked = [
             timeline.end_of(one, clip) - int(timeline.begins[one][clip])
@@ -61,8 +64,8 @@ def guard_reports(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
         ]
         reports.append(
             GuardReport(
-                player.name,
-                player.guards,
+                name,
+                table.players[other],
                 near,
                 far if np.isfinite(far) else None,
                 sum(looked),
@@ -74,11 +77,13 @@ def guard_reports(table: RuleTable, timeline: Timeline) -> list[GuardReport]:
     return reports
 
 
-def _guard_bounds(table: RuleTable) -> tuple[float, float]:
-    for said in table.annotations:
-        if table.activity.follows(said.symbol) and isinstance(said.rule, DistanceRule):
-            return said.rule.near, said.rule.far
-    return 0.0, np.inf
+def _guarded(table: RuleTable, timeline: Timeline, player: int) -> IntArray:
+    """Return whom a guard guards in every frame: who was declared, until another is drawn."""
+    targets = np.full(timeline.n_frames, guarded(table, player, 1))
+    for first, target in attends(table, player):
+        if first > 0:
+            targets[int(timeline.begins[player][first]) :] = target
+    return targets
 
 
 def _apart(timeline: Timeline, one: int, other: int) -> FloatArray:

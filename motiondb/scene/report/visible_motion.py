@@ -21,7 +21,7 @@ from motiondb.body.contacts import MAX_HEIGHT, find_contacts, foot_heights
 from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.clips.clips import ClipLibrary
-from motiondb.scene.polish.placed import Placed
+from motiondb.scene.polish.placed import FOLLOWS, Placed
 from motiondb.scene.polish.splicing import ANKLES, LIFTED, TOES
 from motiondb.scene.report.report_records import (
     ImpossibleMotion,
@@ -272,9 +272,12 @@ def natural_ranges(
 
 def shown_actions(placed: Placed, actions: Sequence[str]) -> list[str]:
     """Return the action of a player at every frame, or :data:`WAITING`."""
-    waits = ["waits" in edit.split(", ") for edit in placed.edits]
-    clips = np.asarray(placed.clips).tolist()
-    return [WAITING if wait else actions[clip] for wait, clip in zip(waits, clips, strict=True)]
+    shown = []
+    for edit, clip in zip(placed.edits, np.asarray(placed.clips).tolist(), strict=True):
+        said = edit.split(", ")
+        follows = [one.removeprefix(FOLLOWS) for one in said if one.startswith(FOLLOWS)]
+        shown.append(WAITING if "waits" in said else (*follows, actions[clip])[0])
+    return shown
 
 
 def impossible_gait(

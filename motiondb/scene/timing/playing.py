@@ -27,6 +27,7 @@ class Part:
     n_frames: int
     clip: int  # The action that it belongs to; for a pause the one before it, -1 before the first
     waits: bool = False  # Whether it is a pause
+    action: str = ""  # What somebody does who follows another after their last action
 
 
 @dataclass(frozen=True, eq=False)

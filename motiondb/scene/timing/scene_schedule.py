@@ -38,6 +38,9 @@ from motiondb.scene.timing.timeline import (
 AFTER_SENT = 66
 """Frames of a scene after something is sent, in which it flies, falls and bounces. Chosen by hand:
 a shot from 7 m needs 40 to the ring."""
+_GUARDS = 6.0
+"""How much more than other rules of place a guard's keep two players together in a schedule: the
+other runs away when the guard has ended, and not before, so that the scene is shorter."""
 SETTLING = 8  # Frames of a scene after a last step to rest
 
 
@@ -121,9 +124,10 @@ def _beside(state: SceneState, table: RuleTable, now: Timeline) -> list[Meeting]
         player, target = int(row["player"]), int(row["target"])
         delays = state.players[player].delay, state.players[target].delay
         frames = moment_frames(row, now)
+        guards = table.activity.follows(table.actions[player][int(row["first"])])
         for frame in dict.fromkeys([int(frames[0]), int(frames[-1])]):
             time, theirs = float(frame - delays[0]), float(frame - delays[1])
-            meetings.append(Meeting(player, time, target, theirs, 0.0))
+            meetings.append(Meeting(player, time, target, theirs, 0.0, _GUARDS if guards else 1.0))
     return meetings
 
 

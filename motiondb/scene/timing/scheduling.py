@@ -46,6 +46,7 @@ class Meeting:
     partner: int
     theirs: float  # Source frame of the second player
     lag: float  # Frames by which ``theirs`` must come after ``own``
+    weight: float = 1.0  # Factor of its cost in a schedule
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,7 +301,7 @@ class _Problem:
         last = float(np.sum(self._strings[meeting.partner].lengths))
         late = 0.0 if meeting.theirs < 0.0 else cost
         early = 0.0 if meeting.theirs > last else cost
-        self._off(terms, meeting.lag, (late, early))
+        self._off(terms, meeting.lag, (late * meeting.weight, early * meeting.weight))
 
     def solve(self, least: Sequence[FloatArray], most: Sequence[FloatArray]) -> None:
         """Solve the program with these bounds of the pauses."""

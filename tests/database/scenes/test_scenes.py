@@ -516,3 +516,24 @@ def test_scenes_of_earlier_grammars_are_read_as_before() -> None:
     named = earlier.replace("grammar basketball", "grammar mine")
     with pytest.raises(SceneError, match="expected what is done"):
         stored_text(shipped_text("give-and-go", TACTICS), named, "mine")
+
+
+def test_scenes_whose_texts_say_something_twice_open_as_before() -> None:
+    """Earlier versions read a repeated alternative as a rule of its own, and numbered it."""
+    said = """start S
+        S -> wait | wait | walk S
+        wait := "wait"
+        walk := "walk"
+        walk: position(bench) at end
+        walk: position(bench) at end
+        place bench
+    """
+    drawn = "plaec A at 0 0\nplayer B at 2 0\nplace bench at 1 1\n1 wait A\n1 wait A"
+    read = stored_text(drawn, said, "mine")
+    assert [one.player for one in read.diagram.elements] == ["A", "A"]
+    grammar = read.grammar.grammar
+    for rules in ((2, 1), (1, 0)):  # as it was kept: S -> walk S, S -> wait the second; and today
+        tree = scene_records._tree(grammar, rules, ("walk", "wait"))
+        assert tree is not None
+        assert tree.leaves() == ("walk", "wait")
+    assert scene_records._tree(grammar, (1, 0), ("wait", "walk")) is None

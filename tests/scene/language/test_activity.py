@@ -403,9 +403,9 @@ def test_steps_that_no_time_suits_or_that_are_not_drawn_are_told() -> None:
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("plac bench at 1 2", "2:1: expected a step's number, or one of diagram,"),
-        ("plyer B at 5 0", "2:1: expected a step's number, or one of"),
-        ("palyer B at 5 0", "Did you mean player"),
+        ("plac bench at 1 2", "2:1: expected 'place', or a role of several players or of the"),
+        ("plyer B at 5 0", "Did you mean player? Or write 'role plyer' in the grammar."),
+        ("palyer B at 5 0", "2:1: expected 'player', or a role of several players"),
         ("grund 8 x 6", "2:1: expected 'ground', found 'grund'. Did you mean ground?"),
         ("stp 2 comes 1 s after 1", "2:1: expected 'step', found 'stp'. Did you mean step?"),
         ("A keep moving", "2:3: expected 'keeps', found 'keep'. Did you mean keeps?"),
@@ -421,6 +421,27 @@ def test_steps_that_no_time_suits_or_that_are_not_drawn_are_told() -> None:
 def test_slips_in_a_diagram_are_told_with_line_and_column(line: str, message: str) -> None:
     """Where any name may stand, too: a role that no grammar declares, the word before a player."""
     assert message in refusal(WAYS, f"player A at 0 0\n{line}")
+
+
+ROLES = """
+slayer layer keeper leader2 attack movers targetman groundsman eventer starter stepper courtier
+catcher marker rounder playmaker objects diagrammer grammarian startled
+"""
+
+
+def test_people_name_roles_as_they_like() -> None:
+    for role in ROLES.split():
+        text = f"{role} A at 0 0\nplayer B at 2 0\n1 wait A"
+        assert read_diagram(text, activity=WAYS.activity).player["A"].team == role
+
+
+def test_a_role_like_a_keyword_is_one_if_several_have_it_or_the_grammar_declares_it() -> None:
+    two = "players A at 0 0\nplayers B at 2 0\n1 wait A"
+    assert read_diagram(two, activity=WAYS.activity).player["A"].team == "players"
+    one = "prayer A at 0 0\nplayer B at 2 0\n1 wait A"
+    declared = replace(WAYS.activity, roles=(("prayer", ""),))
+    assert "Did you mean player" in refusal(WAYS, one)
+    assert read_diagram(one, activity=declared).player["A"].team == "prayer"
 
 
 def test_a_right_word_is_not_offered_for_itself() -> None:

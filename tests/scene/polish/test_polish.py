@@ -15,6 +15,7 @@ from motiondb.records import Event, Motion
 from motiondb.scene.clips.clip_cutting import ShownMotion
 from motiondb.scene.clips.clips import VariantSettings, make_library
 from motiondb.scene.energy.binding import bind
+from motiondb.scene.energy.energy import CONTACT_RADIUS
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
@@ -269,7 +270,8 @@ def each_way_anew(state, library, table):
     for frame_cost, *how in polishing._WAYS:
         scheduled = schedule_scene(state, library, table, frame_cost)
         spliced = polishing._spliced(state, library, MOTIONS, scheduled, {}, table.activity)
-        maps, edited = polishing._edit(state, library, table, (scheduled, spliced), tuple(how))
+        way = (*how, CONTACT_RADIUS)
+        maps, edited = polishing._edit(state, library, table, (scheduled, spliced), way)
         tried.append((polishing._fault(table, edited), spliced, maps, edited))
         if tried[-1][0] == 0.0:
             break

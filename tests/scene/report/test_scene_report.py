@@ -11,6 +11,7 @@ from motiondb.body import body, retarget
 from motiondb.grammar.cfg.parse import parse
 from motiondb.records import Motion
 from motiondb.scene.energy.binding import bind
+from motiondb.scene.energy.guarding import guarded
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.report.report_records import JumpReport, LimbReport
@@ -122,6 +123,41 @@ def test_a_guards_distance_is_told_over_all_frames() -> None:
     assert (guard.player, guard.target, guard.near, guard.far) == ("D1", "A1", 0.5, 2.0)
     assert (guard.n_frames, guard.outside) == (40, pytest.approx(0.6))
     assert (guard.farthest, guard.frame) == (4.5, 70)
+
+
+def test_a_guard_who_is_drawn_to_another_is_measured_from_them_then() -> None:
+    grammar = read_motion_grammar(
+        """
+        start S
+        role attack, defence
+        S -> walk | guard | guard S | walk S
+        guard := "guard"
+        walk := "walk"
+        verb guard = guard on opponent
+        rest walk
+        rest guard for guard
+        guard: distance(opponent, 0.5 m .. 2 m)
+        """,
+        "g.grammar",
+    )
+    diagram = read_diagram(
+        "attack A1 at 0 1\nattack A2 at 5 1\ndefence D1 at 0 2 guards A1\n"
+        "1 walk D1\n2 guard D1 on A2",
+        "g.tactics",
+        grammar.activity,
+    )
+    trees = [parse(grammar.started(), one.split()) for one in ("walk", "walk", "walk guard")]
+    table = bind(diagram, grammar, trees)
+    assert [guarded(table, *one) for one in ((2,), (2, 1), (0,))] == [1, 0, -1]
+    assert table.unasked[2] == ("guard", "walk")
+    places = np.zeros((3, 100, 3))
+    places[1:, :, 0] = 5.0
+    places[1:, :, 1] = [[0.0], [1.0]]
+    places[2, :40, 0] = 0.0  # beside A1 for 40 frames, then beside A2
+    begins = np.array([0, 100]), np.array([0, 100]), np.array([0, 30, 100])
+    timeline = Timeline(places, begins, begins, tuple(each[1:] for each in begins))
+    (guard,) = guard_reports(table, timeline)
+    assert (guard.target, guard.outside) == ("A2", pytest.approx(0.1))  # frames 30 to 39
 
 
 WALK = GaitRange(airborne=0, step=0.7, speed=1.6)
