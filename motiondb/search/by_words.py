@@ -24,12 +24,13 @@ from motiondb.language.question.tree import NotUsed
 from motiondb.language.vocabulary import as_said
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import QuestionHit
+from motiondb.meaning.occurrences import event_of
 from motiondb.meaning.travelled import turning
 from motiondb.meaning.word_evidence import upper_bounds
 from motiondb.records import Match
 from motiondb.search import placing, reasons
 from motiondb.search.asked_words import AskedWords, WrittenWord, words_of_reading
-from motiondb.search.asking import AskedQuestion
+from motiondb.search.asking import COUNTED_EVENTS, AskedQuestion
 from motiondb.search.chances import (
     LIKELY,
     NOTHING,
@@ -293,7 +294,7 @@ def search_words(
         alone = [replace(hit, reading=number) for hit in alone for number in numbers]
         strength = best_strength(asked, [*hits, *alone], threshold)
     is_open = bool(question.missing) or question.names_no_action
-    is_open = is_open or any(map(partial(_shows_turn, read), map(place, shown)))
+    is_open = is_open or any(_shows_event(question, frames, one, place(one)) for one in shown)
     return replace(
         as_understood(question),
         matches=tuple(
@@ -331,13 +332,30 @@ def _find(
     )
 
 
-def _shows_turn(read: Sequence[Reading], placed: placing.Placed) -> bool:
-    """Whether an answer turns by the angle that a question asks for, and for nothing else."""
-    part = read[0].parts[0]
-    of_angle = part.measure is not None and part.measure.what == "angle"
-    is_all = of_angle and len(read) == 1 and len(read[0].parts) == 1 and not read[0].exclusions
-    turns = is_all and any(map(turning, part.said or part.actions))
-    return bool(turns and placed.gauged) and not placed.contradicted
+def _shows_event(
+    question: AskedQuestion, frames: Frames | None, answer: Found, placed: placing.Placed
+) -> bool:
+    """Whether the frames of an answer show the event that is all of a question.
+
+    Of turns, those by the angle that is asked for: who walks turns, too. Other events count where
+    the word for them was replaced, so that captions do not tell.
+    """
+    read = question.readings
+    if frames is None or placed.contradicted or len(read) > 1 or len(read[0].parts) > 1:
+        return False
+    (part,), actions = read[0].parts, question.compared[0][0]
+    if read[0].exclusions or len(actions) != 1:
+        return False
+    event = event_of(actions[0])
+    if event == "turn" or part.measure is not None:
+        return bool(turning(actions[0]) and placed.gauged)
+    is_replaced = any(taking.is_other for taking in question.taken.values())
+    is_all = not question.not_used and [*map(len, part.actions)] == [1]
+    if event not in COUNTED_EVENTS or not is_replaced or not is_all:
+        return False
+    start, end = placed.parts[0].start, placed.parts[0].end
+    seen = frames.of(question.asked.learned, answer.capture).events(event)
+    return any(a < end and b > start for a, b in seen)
 
 
 def _by_odds(found: Sequence[Found]) -> list[Found]:
