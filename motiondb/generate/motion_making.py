@@ -183,11 +183,13 @@ def _as_far_as_asked(
     """
     apart = _apart(sources, made)
     best, least = made, _distance(apart)
-    seconds: list[float | None] = []
+    seconds: list[float | None] = [None] * len(sources)
     for _ in range(MOST_FITS):
         before = seconds
-        seconds = [None if one is None or one[0] <= 0.0 else one[1] for one in apart]
-        if not any(seconds) or seconds == before:
+        seconds = [  # what is met lasts as long as before
+            s if one is None or one[0] <= 0.0 else one[1] for one, s in zip(apart, before)
+        ]
+        if seconds == before:
             break
         timed = [
             of if s is None else replace(of, action=replace(of.action, seconds=Amount(s, s)))

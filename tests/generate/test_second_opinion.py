@@ -90,6 +90,11 @@ def test_a_walk_goes_as_far_as_is_asked_for(db: motiondb.MotionDB, far: int, see
     assert np.hypot(*way.T).sum() == pytest.approx(far, rel=0.3)
 
 
+def test_what_goes_as_far_as_is_asked_for_stays_so(db: motiondb.MotionDB) -> None:
+    made = db.generate("walk 2 m and walk 5 steps")
+    assert [one.shown for one in made.shown] == [True, True]
+
+
 def test_a_motion_of_no_steps_is_not_made_without_end(db: motiondb.MotionDB) -> None:
     told = db.generate("take four steps").shown[0]
     assert told.reason == "'4 steps' is not met: it takes 0 steps"
