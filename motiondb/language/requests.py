@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 
 from motiondb.language.lemmas import VERBS, lemma
+from motiondb.language.question.tokens import MOST_CHARACTERS
 
 _CAPTURES = (
     r"(?:(?:motion\s+|mocap\s+)?(?:clip|video|recording|capture|animation|example|sequence|scene"
@@ -20,7 +21,7 @@ _CAPTURES = (
 )
 _ALL = (
     r"(?:(?:all|any|some|every|each|the|a|an|few|more|other|several|of|my|our|me|us|it|to"
-    r"|\d+|one|two|three|four|five|six|ten)\s+)*"
+    r"|\d+|one|two|three|four|five|six|ten)\s+){0,9}"
 )
 _POLITE = r"(?:(?:please|kindly|hi|hello|hey|ok|okay|so|now|just|then)[\s,]+)*"
 _VERB = (
@@ -62,11 +63,15 @@ _LIGHT = re.compile(
 _WHO_CAN = r"(?:he|she|they|it|one|you|someone|ever)(?:\s+(?:can|could))?"
 _SPEED = r"(?:speed|pace|tempo|cadence|velocity)"
 _DETERMINED = r"(?:his|her|their|the|its|one|both|a|left|right)"
-_HANDS = rf"(?:{_DETERMINED}\s+)*(?:arm|hand)s?"
-_LEGS = rf"(?:{_DETERMINED}\s+)+(?:legs?|knees?|foot|feet)"
+_HANDS = rf"(?:{_DETERMINED}\s+){{0,4}}(?:arm|hand)s?"
+_LEGS = rf"(?:{_DETERMINED}\s+){{1,4}}(?:legs?|knees?|foot|feet)"
+_OF_BODY = r"(?:arm|hand|leg|f(?:oo|ee)t|knee|elbow|shoulder|hip)"
 _OVERHEAD = r"overhead|(?:above|over)\s+(?:(?:the|his|her|their)\s+)?head|in\s+the\s+air"
 _POSED = r"(?:standing|sitting|seated|lying|kneeling|crouching|crouched|squatting)"
 _TURNING = r"(?:turn|spin|rotat|pivot|twirl|twist|revolv)\w*(?:\s+(?:a?round|in\s+place))?"
+_TURNING_ROUND = (  # also "a half turn", "a 180-degree turn"
+    r"(?:(?:turn|spin|rotat|pivot)\w*\s+(?:a?round|180\b|half\b)[^,;.]*?|turn(?:s|ing|ed)?)"
+)
 _GOING = r"(?:walk|run|jog|pac|march|strid|stroll|sprint)(?:e?s|n?ing|ging|ed|e)?"
 _MANNERS = (
     (
@@ -75,13 +80,20 @@ _MANNERS = (
         r"\1\2, then turn around, then \1",
     ),
     (
-        rf"({_TURNING}[^,;.]*?)(?:,|\s+and|\s+then)+\s+({_GOING})\s+back(?!\s*ward)",
-        r"\1, then \2",
+        rf"({_TURNING_ROUND})(?:,|\s+and|\s+then)+((?:\s+(?:he|she|they|it|then|\w+ly))*)"
+        rf"\s+({_GOING})\s+back(?!\s*ward)",
+        r"\1, then\2 \3",
     ),
-    (
-        r"(?:gets?|getting|got|goes|go|going|went|drops?|dropp(?:ed|ing)|f[ae]lls?)\s+(?:down\s+)?"
-        r"(?:on|to|onto)\s+(?:(?:one|both|his|her|their|the|a|left|right)\s+)*knees?",
-        "kneels down",
+    *(
+        (
+            r"(?:gets?|getting|got|goes|go|going|went|drops?|dropp(?:ed|ing)|f[ae]lls?)\s+"
+            rf"(?:down\s+)?(?:on|to|onto)\s+(?:(?:one|both|his|her|their|the|a)\s+)*{which}",
+            kneels,
+        )
+        for which, kneels in (
+            (r"(left|right)\s+knee", r"kneels down on the \1 knee"),
+            (r"knees?", "kneels down"),
+        )
     ),
     (r"seated", "sitting"),
     (rf"({_POSED})\s+(?:position|pose|posture)", r"\1"),
@@ -90,9 +102,13 @@ _MANNERS = (
         for before, side in ((r"(?:counter|anti)[\s-]?", "left"), ("", "right"))
         for way, there in (
             (r"in\s+(?:an?\s+)?((?:\w+\s+)?)CLOCKWISE\s+circles?", r"in a \1circle to the SIDE"),
-            (rf"({_TURNING}|circles?)\s+CLOCKWISE", r"\1 to the SIDE"),
-            (r"CLOCKWISE(?!\s+\w*(?:turn|spin|rotat))", "in a circle to the SIDE"),
-            ("CLOCKWISE", "SIDE"),
+            (
+                rf"({_TURNING}(?:\s+(?!(?:and|then|while|{_GOING})\b)[^\s,;]+){{0,4}}?|circles?)\s+"
+                r"(?:in\s+(?:an?\s+|the\s+)?)?CLOCKWISE(?:\s+(?:direction|fashion|manner|way))?",
+                r"\1 to the SIDE",
+            ),
+            (rf"CLOCKWISE(?!\s+(?:\w*(?:turn|spin|rotat)|{_OF_BODY}))", "in a circle to the SIDE"),
+            (rf"CLOCKWISE(?!\s+{_OF_BODY})", "SIDE"),
         )
     ),
     (
@@ -125,13 +141,23 @@ _MANNERS = (
         r"\s+[^\W\d_]+)\s+(?:them|it)",
         r"\1\2 \1",
     ),
-    (rf"lower(?:s|ing|ed)?\s+((?:{_DETERMINED}\s+)+(?:arm|hand)s?|arms|hands)", r"putting \1 down"),
+    *(
+        (rf"{lowers}\s+({hands})", r"putting \1 down")
+        for lowers, hands in (
+            (r"(?:lower(?:s|ing|ed)|drop(?:s|ping|ped)?)", _HANDS),
+            ("lower", rf"(?:{_DETERMINED}\s+){{1,4}}(?:arm|hand)s?|arms|hands"),  # no lower arm
+        )
+    ),
+    (
+        r"((?:jump|leap|hop)(?:s|p?ing|p?ed)?)(?=\s+(?:(?:no|not)\s+)?(?:higher|lower)\s+than\b)",
+        r"\1 high",
+    ),
     (
         r"(jump(?:s|ing|ed)?)((?:\s+[^\W\d_]+){0,2}?)\s+on\s+"
         r"(one|(?:the|his|her|their)\s+(?:left|right))\s+(leg|foot)",
         r"hopping\2 on \3 \4",
     ),
-    (rf"(?:mov(?:es?|ing|ed)\s+)?({_HANDS})\s+up\s+and\s+down", r"raising \1"),
+    (rf"(?:(?:mov|rais|lift)(?:es?|s|ing|ed)\s+)?({_HANDS})\s+up\s+and\s+down", r"raising \1"),
     (
         r"(?:imitat|mimick?)(?:es?|s|ing|ed)?|pretend(?:s|ing|ed)?\s+to\s+be|act(?:s|ing|ed)?\s+(?:like|as)(?!\s+if\b)"
         r"|(?:mov(?:es?|ing|ed)|behav(?:es?|ing|ed)|goes|going)\s+like"
@@ -245,9 +271,13 @@ def without_request(text: str) -> str:
     'lying on the floor, then standing up'
     >>> without_request("starts standing and ends seated"), without_request("turns clockwise")
     ('standing , then sitting', 'turns to the right')
+    >>> without_request("the arms drop"), without_request("jumps higher than 20 cm")
+    ('the arms drop', 'jumps high higher than 20 cm')
     >>> without_request("squatting trials"), without_request("three examples of a walk-to-run")
     ('squatting', 'a walk, then run')
     """
+    if len(text) > MOST_CHARACTERS:
+        return text  # which is refused
     text = unquote(text).lstrip()
     framed = _REQUEST.match(text)
     if framed is not None and framed.end() < len(text):
