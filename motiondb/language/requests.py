@@ -95,6 +95,10 @@ _MANNERS = (
             (r"knees?", "kneels down"),
         )
     ),
+    (
+        r"(?:^|(?<=,\s)|(?<=then\s)|(?<=while\s)|(?<=is\s))on\s+(?:one|both|his|her|their)\s+knees?",
+        "kneeling",
+    ),
     (r"seated", "sitting"),
     (rf"({_POSED})\s+(?:position|pose|posture)", r"\1"),
     *(
@@ -205,10 +209,11 @@ _FROM_TO = re.compile(
     r"([^\W\d_]+)\b(?:\s+transitions?\b)?",
     re.IGNORECASE,
 )
+_NAMED = r"(?:[^\W\d_]+ing|(?:(?<=\ba\s)|(?<=\ban\s))[^\W\d_]+)"  # "sitting", "a squat"
 _FROM_ONE = re.compile(
     r"\b(?:(?:goes|going|go|went|gets?|getting|got|mov(?:es?|ing|ed)|chang(?:es?|ing|ed)"
     r"|transition(?:s|ing|ed)?|switch(?:es|ing|ed)?)\s+)?from\s+(?:an?\s+)?"
-    r"([^\W\d_]+ing)((?:\s+(?!to\b)[^\W\d_]+){0,5})\s+(?:in)?to\s+(?:an?\s+)?([^\W\d_]+ing)\b",
+    rf"({_NAMED})((?:\s+(?!(?:in)?to\b)[^\W\d_]+){{0,5}})\s+(?:in)?to\s+(?:an?\s+)?({_NAMED})\b",
     re.IGNORECASE,
 )
 """From one action, with what is said of it, to another."""
@@ -294,6 +299,7 @@ def without_request(text: str) -> str:
     return re.sub(r"^\s*,\s*then\b", "", text).lstrip()
 
 
+_NUMERAL = re.compile(r"\d+|one|two|three|four|five|six|ten|several|few", re.IGNORECASE)
 _OBJECTS = frozenset(
     ("box", "fish", "guard", "mop", "screen", "stamp")
 )  # Also things that one takes
@@ -326,5 +332,6 @@ def _in_order(found: re.Match[str], one: str, about: str, other: str) -> str:
 
 
 def _names_motion(words: str) -> bool:
-    """Whether the first of some words, but its adjective, names a movement ("a small step")."""
-    return any(lemma(word) in VERBS - _OBJECTS for word in words.split()[:2])
+    """Whether the first of some words, but its adjective, names a movement ("two small steps")."""
+    said = [word for word in words.split() if _NUMERAL.fullmatch(word) is None]
+    return any(lemma(word) in (VERBS | {"stride"}) - _OBJECTS for word in said[:2])
