@@ -55,8 +55,8 @@ _LIGHT = re.compile(
     r"|(?:take|takes|taking|took|taken|have|has|having|had|give|gives|giving|gave|given|execute|"
     r"executes|executing|executed|carry\s+out|carries\s+out|carrying\s+out|throw|throws|throwing|"
     r"threw|thrown|deliver|delivers|delivering|delivered|attempt|attempts|attempting|attempted)"
-    r"(?:\s+(?:a|an|another|the|some|his|her|their)(?!\w)|(?=\s+(?:one|two|three|four|several|\d+"
-    r"|small|large|big|tiny|long|short|little|quick|slow)\s)))"
+    r"(?:\s+(?:a|an|another|the|some|his|her|their)(?!\w)|(?=\s+(?:one|two|three|four|five|six"
+    r"|ten|several|\d+|small|large|big|tiny|long|short|little|quick|slow)\s)))"
     r"(?=((?:\s+\w+){1,3}))",
     re.IGNORECASE,
 )
@@ -142,7 +142,7 @@ _MANNERS = (
     ),
     (
         rf"({_HANDS}|{_LEGS})((?:\s+(?:up|high|overhead))?(?:\s*,)?\s+(?:and|then|and\s+then)"
-        r"\s+[^\W\d_]+)\s+(?:them|it)",
+        r"(?:\s+[^\W\d_]+ly)?\s+[^\W\d_]+)\s+(?:them|it)",
         r"\1\2 \1",
     ),
     *(

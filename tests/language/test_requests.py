@@ -58,6 +58,7 @@ from motiondb.language.vocabulary import split_actions
         ("drops to his knees", "kneel down"),
         ("goes down on the left knee", "kneel down left knee"),
         ("raises the arms and drops them", "raise arm | put arm down"),
+        ("raises an arm and then slowly lowers it", "raise arm | slowly put arm down"),
         ("raises both arms up and down", "raise both arm"),
         # not frames: these are the motion
         ("someone looks for a key", "look key"),

@@ -72,7 +72,7 @@ _MORE += r"|(?P<minus>less|fewer|shorter|slower)))?"
 _DURATION_PATTERN = rf"""
     (?:\b(?:for|lasting|lasts|between|from|during)\s+)?
     (?:\b(?:{_LIMIT})\s+)?
-    (?:(?P<half>{_HALVES})|(?P<low>{NUMBER})(?:{_RANGE}(?P<high>{NUMBER}))?)
+    (?:(?P<half>(?!half\ as\b){_HALVES})|(?P<low>{NUMBER})(?:{_RANGE}(?P<high>{NUMBER}))?)
     [\s-]*{_UNIT}{_MORE}(?:\s+long\b)?
     |\b(?:for|lasting|lasts)\s+(?:{_ABOUT}\s+)?(?P<one>an?)\s+(?P<one_unit>second|minute|hour)\b
     |\b(?:{_AT_LEAST})\s+(?P<least_one>an?)\s+(?P<least_unit>second|minute|hour)\b
@@ -283,7 +283,7 @@ _EITHER_AMOUNT = re.compile(
     rf"({NUMBER})\s+or\s+({NUMBER})([\s-]*(?:degrees?\b|°|{_LENGTH}(?![\w/])))", re.IGNORECASE
 )
 _SOME_UNIT = (
-    rf"(?:degrees?\b|°|{_LENGTH}(?:\s*/\s*s\b)?(?![\w/])|steps?\b|times\b"
+    rf"(?:degrees?\b|°|{_LENGTH}(?:\s*/\s*[sh]\b)?(?![\w/])|steps?\b|times\b"
     rf"|{_UNIT.replace('?P<unit>', '?:')})"
 )
 _BOTH_LIMITS = re.compile(
@@ -297,7 +297,7 @@ _HALF_UNITS = tuple(
     for said in (
         rf"(?P<n>an?|{NUMBER})\s+(?P<unit>{_LENGTH})\s+and\s+a\s+half\b",
         rf"(?P<n>{NUMBER})\s+and\s+a\s+half\s+(?P<unit>{_LENGTH})(?![\w/])",
-        rf"half\s+(?:of\s+)?an?\s+(?P<unit>{_LENGTH})(?![\w/])",
+        rf"(?:(?:an?|one)\s+)?half(?:\s+(?:of\s+)?an?)?[\s-]+(?P<unit>{_LENGTH})(?![\w/])",
     )
 )
 
