@@ -37,7 +37,12 @@ from motiondb.generate.excerpt_report import (
     segments_of,
 )
 from motiondb.generate.material import SequenceMotion, Takes
-from motiondb.generate.sentence_plan import Amount, PlannedAction, plan_sentence
+from motiondb.generate.sentence_plan import (
+    MOST_SECONDS,
+    Amount,
+    PlannedAction,
+    plan_sentence,
+)
 from motiondb.generate.shown_actions import Asked, JudgedAction, judge_motion
 from motiondb.generate.smoothness import Smoothness, measure_smoothness
 from motiondb.generate.symbol_motion import symbol_motion
@@ -176,10 +181,15 @@ def _as_far_as_asked(
 
     It is the motion that was made, unless another comes nearer. `again`: Makes it of other sources.
     """
-    best, apart = made, _apart(sources, made)
+    apart = _apart(sources, made)
+    best, least = made, _distance(apart)
+    seconds: list[float | None] = [None] * len(sources)
     for _ in range(MOST_FITS):
-        seconds = [None if one is None or one[0] <= 0.0 else one[1] for one in apart]
-        if not any(seconds):
+        before = seconds
+        seconds = [  # what is met lasts as long as before
+            s if one is None or one[0] <= 0.0 else one[1] for one, s in zip(apart, before)
+        ]
+        if seconds == before:
             break
         timed = [
             of if s is None else replace(of, action=replace(of.action, seconds=Amount(s, s)))
@@ -188,12 +198,15 @@ def _as_far_as_asked(
         tried = again(timed)
         shown = (replace(one, action=of.action) for one, of in zip(tried.shown, sources))
         tried = replace(tried, shown=tuple(shown))
-        now = _apart(sources, tried)
-        before, after = (sum(one[0] for one in of if one is not None) for of in (apart, now))
-        if after >= before or sum(map(bool, now)) < sum(map(bool, apart)):
-            break
-        best, apart = tried, now
+        apart = _apart(sources, tried)  # at first of another excerpt, which may be faster
+        if _distance(apart) < least:
+            best, least = tried, _distance(apart)
     return best
+
+
+def _distance(apart: Sequence[tuple[float, float] | None]) -> tuple[int, float]:
+    """Of how many actions a way or steps were not measured, and how far the others are outside."""
+    return sum(one is None for one in apart), sum(one[0] for one in apart if one is not None)
 
 
 def _apart(
@@ -211,15 +224,18 @@ def _apart(
         if measure is None or measure.what not in ("way", "steps") or not _is_travelled(action):
             continue
         gone = amounts_of(measure, action.words, track[start:end])
-        if gone:
-            amount, first, behind = min(gone, key=lambda one: off(measure, action.words, one[0]))
+        amount, first, behind = min(
+            gone, key=lambda one: off(measure, action.words, one[0]), default=(0.0, 0, 0)
+        )
+        if amount > 0.0:  # of no steps, nothing follows
             low, high = measure.least, np.inf if measure.most is None else measure.most
             if low < high:  # limits are met exactly, so clearly inside
                 low, high = min(low * (1.0 + INSIDE), high), max(high * (1.0 - INSIDE), low)
-            share = float(np.clip(amount, low, max(low, high))) / max(amount, 1e-9)
+            share = float(np.clip(amount, low, max(low, high))) / amount
             frames = end - start - (behind - first) * (1.0 - share)
             beyond = max(outside(measure, action.words, amount), 0.0)
-            found[-1] = beyond, max(float(frames) / MOTION_FPS, LEAST_SECONDS)
+            seconds = float(np.clip(frames / MOTION_FPS, LEAST_SECONDS, MOST_SECONDS))
+            found[-1] = beyond, seconds
     return found
 
 

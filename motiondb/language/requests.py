@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 
 from motiondb.language.lemmas import VERBS, lemma
+from motiondb.language.question.tokens import MOST_CHARACTERS
 
 _CAPTURES = (
     r"(?:(?:motion\s+|mocap\s+)?(?:clip|video|recording|capture|animation|example|sequence|scene"
@@ -20,7 +21,7 @@ _CAPTURES = (
 )
 _ALL = (
     r"(?:(?:all|any|some|every|each|the|a|an|few|more|other|several|of|my|our|me|us|it|to"
-    r"|\d+|one|two|three|four|five|six|ten)\s+)*"
+    r"|\d+|one|two|three|four|five|six|ten)\s+){0,9}"
 )
 _POLITE = r"(?:(?:please|kindly|hi|hello|hey|ok|okay|so|now|just|then)[\s,]+)*"
 _VERB = (
@@ -54,19 +55,23 @@ _LIGHT = re.compile(
     r"|(?:take|takes|taking|took|taken|have|has|having|had|give|gives|giving|gave|given|execute|"
     r"executes|executing|executed|carry\s+out|carries\s+out|carrying\s+out|throw|throws|throwing|"
     r"threw|thrown|deliver|delivers|delivering|delivered|attempt|attempts|attempting|attempted)"
-    r"(?:\s+(?:a|an|another|the|some|his|her|their)(?!\w)|(?=\s+(?:one|two|three|four|several|\d+"
-    r"|small|large|big|tiny|long|short|little|quick|slow)\s)))"
+    r"(?:\s+(?:a|an|another|the|some|his|her|their)(?!\w)|(?=\s+(?:one|two|three|four|five|six"
+    r"|ten|several|\d+|small|large|big|tiny|long|short|little|quick|slow)\s)))"
     r"(?=((?:\s+\w+){1,3}))",
     re.IGNORECASE,
 )
 _WHO_CAN = r"(?:he|she|they|it|one|you|someone|ever)(?:\s+(?:can|could))?"
 _SPEED = r"(?:speed|pace|tempo|cadence|velocity)"
 _DETERMINED = r"(?:his|her|their|the|its|one|both|a|left|right)"
-_HANDS = rf"(?:{_DETERMINED}\s+)*(?:arm|hand)s?"
-_LEGS = rf"(?:{_DETERMINED}\s+)+(?:legs?|knees?|foot|feet)"
+_HANDS = rf"(?:{_DETERMINED}\s+){{0,4}}(?:arm|hand)s?"
+_LEGS = rf"(?:{_DETERMINED}\s+){{1,4}}(?:legs?|knees?|foot|feet)"
+_OF_BODY = r"(?:arm|hand|leg|f(?:oo|ee)t|knee|elbow|shoulder|hip)"
 _OVERHEAD = r"overhead|(?:above|over)\s+(?:(?:the|his|her|their)\s+)?head|in\s+the\s+air"
 _POSED = r"(?:standing|sitting|seated|lying|kneeling|crouching|crouched|squatting)"
 _TURNING = r"(?:turn|spin|rotat|pivot|twirl|twist|revolv)\w*(?:\s+(?:a?round|in\s+place))?"
+_TURNING_ROUND = (  # also "a half turn", "a 180-degree turn"
+    r"(?:(?:turn|spin|rotat|pivot)\w*\s+(?:a?round|180\b|half\b)[^,;.]*?|turn(?:s|ing|ed)?)"
+)
 _GOING = r"(?:walk|run|jog|pac|march|strid|stroll|sprint)(?:e?s|n?ing|ging|ed|e)?"
 _MANNERS = (
     (
@@ -75,13 +80,24 @@ _MANNERS = (
         r"\1\2, then turn around, then \1",
     ),
     (
-        rf"({_TURNING}[^,;.]*?)(?:,|\s+and|\s+then)+\s+({_GOING})\s+back(?!\s*ward)",
-        r"\1, then \2",
+        rf"({_TURNING_ROUND})(?:,|\s+and|\s+then)+((?:\s+(?:he|she|they|it|then|\w+ly))*)"
+        rf"\s+({_GOING})\s+back(?!\s*ward)",
+        r"\1, then\2 \3",
+    ),
+    *(
+        (
+            r"(?:gets?|getting|got|goes|go|going|went|drops?|dropp(?:ed|ing)|f[ae]lls?)\s+"
+            rf"(?:down\s+)?(?:on|to|onto)\s+(?:(?:one|both|his|her|their|the|a)\s+)*{which}",
+            kneels,
+        )
+        for which, kneels in (
+            (r"(left|right)\s+knee", r"kneels down on the \1 knee"),
+            (r"knees?", "kneels down"),
+        )
     ),
     (
-        r"(?:gets?|getting|got|goes|go|going|went|drops?|dropp(?:ed|ing)|f[ae]lls?)\s+(?:down\s+)?"
-        r"(?:on|to|onto)\s+(?:(?:one|both|his|her|their|the|a|left|right)\s+)*knees?",
-        "kneels down",
+        r"(?:^|(?<=,\s)|(?<=then\s)|(?<=while\s)|(?<=is\s))on\s+(?:one|both|his|her|their)\s+knees?",
+        "kneeling",
     ),
     (r"seated", "sitting"),
     (rf"({_POSED})\s+(?:position|pose|posture)", r"\1"),
@@ -90,9 +106,13 @@ _MANNERS = (
         for before, side in ((r"(?:counter|anti)[\s-]?", "left"), ("", "right"))
         for way, there in (
             (r"in\s+(?:an?\s+)?((?:\w+\s+)?)CLOCKWISE\s+circles?", r"in a \1circle to the SIDE"),
-            (rf"({_TURNING}|circles?)\s+CLOCKWISE", r"\1 to the SIDE"),
-            (r"CLOCKWISE(?!\s+\w*(?:turn|spin|rotat))", "in a circle to the SIDE"),
-            ("CLOCKWISE", "SIDE"),
+            (
+                rf"({_TURNING}(?:\s+(?!(?:and|then|while|{_GOING})\b)[^\s,;]+){{0,4}}?|circles?)\s+"
+                r"(?:in\s+(?:an?\s+|the\s+)?)?CLOCKWISE(?:\s+(?:direction|fashion|manner|way))?",
+                r"\1 to the SIDE",
+            ),
+            (rf"CLOCKWISE(?!\s+(?:\w*(?:turn|spin|rotat)|{_OF_BODY}))", "in a circle to the SIDE"),
+            (rf"CLOCKWISE(?!\s+{_OF_BODY})", "SIDE"),
         )
     ),
     (
@@ -122,16 +142,26 @@ _MANNERS = (
     ),
     (
         rf"({_HANDS}|{_LEGS})((?:\s+(?:up|high|overhead))?(?:\s*,)?\s+(?:and|then|and\s+then)"
-        r"\s+[^\W\d_]+)\s+(?:them|it)",
+        r"(?:\s+[^\W\d_]+ly)?\s+[^\W\d_]+)\s+(?:them|it)",
         r"\1\2 \1",
     ),
-    (rf"lower(?:s|ing|ed)?\s+((?:{_DETERMINED}\s+)+(?:arm|hand)s?|arms|hands)", r"putting \1 down"),
+    *(
+        (rf"{lowers}\s+({hands})", r"putting \1 down")
+        for lowers, hands in (
+            (r"(?:lower(?:s|ing|ed)|drop(?:s|ping|ped)?)", _HANDS),
+            ("lower", rf"(?:{_DETERMINED}\s+){{1,4}}(?:arm|hand)s?|arms|hands"),  # no lower arm
+        )
+    ),
+    (
+        r"((?:jump|leap|hop)(?:s|p?ing|p?ed)?)(?=\s+(?:(?:no|not)\s+)?(?:higher|lower)\s+than\b)",
+        r"\1 high",
+    ),
     (
         r"(jump(?:s|ing|ed)?)((?:\s+[^\W\d_]+){0,2}?)\s+on\s+"
         r"(one|(?:the|his|her|their)\s+(?:left|right))\s+(leg|foot)",
         r"hopping\2 on \3 \4",
     ),
-    (rf"(?:mov(?:es?|ing|ed)\s+)?({_HANDS})\s+up\s+and\s+down", r"raising \1"),
+    (rf"(?:(?:mov|rais|lift)(?:es?|s|ing|ed)\s+)?({_HANDS})\s+up\s+and\s+down", r"raising \1"),
     (
         r"(?:imitat|mimick?)(?:es?|s|ing|ed)?|pretend(?:s|ing|ed)?\s+to\s+be|act(?:s|ing|ed)?\s+(?:like|as)(?!\s+if\b)"
         r"|(?:mov(?:es?|ing|ed)|behav(?:es?|ing|ed)|goes|going)\s+like"
@@ -179,10 +209,11 @@ _FROM_TO = re.compile(
     r"([^\W\d_]+)\b(?:\s+transitions?\b)?",
     re.IGNORECASE,
 )
+_NAMED = r"(?:[^\W\d_]+ing|(?:(?<=\ba\s)|(?<=\ban\s))[^\W\d_]+)"  # "sitting", "a squat"
 _FROM_ONE = re.compile(
     r"\b(?:(?:goes|going|go|went|gets?|getting|got|mov(?:es?|ing|ed)|chang(?:es?|ing|ed)"
     r"|transition(?:s|ing|ed)?|switch(?:es|ing|ed)?)\s+)?from\s+(?:an?\s+)?"
-    r"([^\W\d_]+ing)((?:\s+(?!to\b)[^\W\d_]+){0,5})\s+(?:in)?to\s+(?:an?\s+)?([^\W\d_]+ing)\b",
+    rf"({_NAMED})((?:\s+(?!(?:in)?to\b)[^\W\d_]+){{0,5}})\s+(?:in)?to\s+(?:an?\s+)?({_NAMED})\b",
     re.IGNORECASE,
 )
 """From one action, with what is said of it, to another."""
@@ -245,9 +276,13 @@ def without_request(text: str) -> str:
     'lying on the floor, then standing up'
     >>> without_request("starts standing and ends seated"), without_request("turns clockwise")
     ('standing , then sitting', 'turns to the right')
+    >>> without_request("the arms drop"), without_request("jumps higher than 20 cm")
+    ('the arms drop', 'jumps high higher than 20 cm')
     >>> without_request("squatting trials"), without_request("three examples of a walk-to-run")
     ('squatting', 'a walk, then run')
     """
+    if len(text) > MOST_CHARACTERS:
+        return text  # which is refused
     text = unquote(text).lstrip()
     framed = _REQUEST.match(text)
     if framed is not None and framed.end() < len(text):
@@ -264,6 +299,7 @@ def without_request(text: str) -> str:
     return re.sub(r"^\s*,\s*then\b", "", text).lstrip()
 
 
+_NUMERAL = re.compile(r"\d+|one|two|three|four|five|six|ten|several|few", re.IGNORECASE)
 _OBJECTS = frozenset(
     ("box", "fish", "guard", "mop", "screen", "stamp")
 )  # Also things that one takes
@@ -296,5 +332,6 @@ def _in_order(found: re.Match[str], one: str, about: str, other: str) -> str:
 
 
 def _names_motion(words: str) -> bool:
-    """Whether the first of some words, but its adjective, names a movement ("a small step")."""
-    return any(lemma(word) in VERBS - _OBJECTS for word in words.split()[:2])
+    """Whether the first of some words, but its adjective, names a movement ("two small steps")."""
+    said = [word for word in words.split() if _NUMERAL.fullmatch(word) is None]
+    return any(lemma(word) in (VERBS | {"stride"}) - _OBJECTS for word in said[:2])

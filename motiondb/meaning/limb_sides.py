@@ -83,11 +83,12 @@ def arm_lowered(words: Sequence[str]) -> str | None:
 
     >>> arm_lowered(("lower", "both", "arm")), arm_lowered(("put", "hand", "down"))
     ('both', '')
-    >>> arm_lowered(("wave", "hand", "down")), arm_lowered(("put", "hand"))
+    >>> arm_lowered(("wave", "hand", "down")), arm_lowered(("left", "lower", "arm"))
     (None, None)
     """
     arms = [word for word in words if word in LIMBS and word not in LEGS]
     lowers = not {"lower", "drop", "down"}.isdisjoint(words)
+    lowers = lowers and ("lower", "arm") not in pairwise(words)  # which is the forearm
     if not arms or not lowers or {*words} - _LOWERS - SIDES - {*arms}:
         return None
     return next((side for side, limb in pairwise(words) if side in SIDES and limb in arms), "")

@@ -82,12 +82,23 @@ def test_an_angle_is_measured_in_the_part(db: motiondb.MotionDB) -> None:
     assert "'700 degrees' is not met: it turns by" in told.reason
 
 
-@pytest.mark.parametrize("far", [1, 2, 3])
-def test_a_walk_goes_as_far_as_is_asked_for(db: motiondb.MotionDB, far: int) -> None:
-    made = db.generate(f"walk {far} m")
+@pytest.mark.parametrize(("far", "seed"), [(1, 0), (2, 0), (3, 0), (2, 1)])
+def test_a_walk_goes_as_far_as_is_asked_for(db: motiondb.MotionDB, far: int, seed: int) -> None:
+    made = db.generate(f"walk {far} m", seed=seed)
     assert not made.not_used
     way = np.diff(made.motion.root_positions[:, [0, 2]], axis=0)
     assert np.hypot(*way.T).sum() == pytest.approx(far, rel=0.3)
+
+
+def test_what_goes_as_far_as_is_asked_for_stays_so(db: motiondb.MotionDB) -> None:
+    made = db.generate("walk 2 m and walk 5 steps")
+    assert [one.shown for one in made.shown] == [True, True]
+
+
+def test_a_motion_of_no_steps_is_not_made_without_end(db: motiondb.MotionDB) -> None:
+    told = db.generate("take four steps").shown[0]
+    assert told.reason == "'4 steps' is not met: it takes 0 steps"
+    assert told.end < 300
 
 
 def test_of_alternatives_the_best_one_counts(db: motiondb.MotionDB) -> None:

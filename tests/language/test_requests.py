@@ -36,12 +36,30 @@ from motiondb.language.vocabulary import split_actions
         ("the lower arm swings", "lower arm swing"),
         ("turns counter-clockwise", "turn left"),
         ("walks clockwise", "walk circular right"),
+        ("turns 90 degrees clockwise", "turn right"),
+        ("turns his body in a clockwise direction", "turn body right"),
+        ("turns, walks clockwise", "turn | walk circular right"),
+        ("the clockwise hand", "clockwise hand"),
         ("takes tiny steps", "tiny step"),
+        ("takes three long strides", "long stride"),
+        ("takes two boxes away", "take thebox away"),
+        ("goes from a squat into a jump", "squat | jump"),
+        ("goes from a bed to a chair", "go bed chair"),
+        ("is on his knees, then on one knee", "kneel | kneel"),
+        ("walks on his knees", "walk knee"),
         ("paces up and down", "pace | turn around | pace"),
         ("runs up and down the stairs", "run up | down stair"),
         ("turns around and walks back", "turn around | walk"),
+        ("turns around and then slowly walks back", "turn around | slowly walk"),
+        ("makes a half turn and walks back", "half turn | walk"),
         ("turns left and walks backward", "turn left | walk backward"),
+        ("turns left and walks back", "turn left | walk back"),
+        ("turns the head and walks back", "turn head | walk back"),
         ("drops to his knees", "kneel down"),
+        ("goes down on the left knee", "kneel down left knee"),
+        ("raises the arms and drops them", "raise arm | put arm down"),
+        ("raises an arm and then slowly lowers it", "raise arm | slowly put arm down"),
+        ("raises both arms up and down", "raise both arm"),
         # not frames: these are the motion
         ("someone looks for a key", "look key"),
         ("pull ups", "pullup"),
@@ -55,6 +73,11 @@ from motiondb.language.vocabulary import split_actions
 def test_what_a_request_asks_for(text: str, actions: str) -> None:
     expected = [action.split() for action in actions.split(" | ")]
     assert split_actions(without_request(text)) == expected
+
+
+def test_a_text_that_is_too_long_for_a_question_is_left_alone() -> None:
+    text = "show me a " * 100_000
+    assert without_request(text) == text
 
 
 @pytest.mark.parametrize("text", ["find", "show me", "I want", "clips", "", "where is"])

@@ -72,7 +72,7 @@ _MORE += r"|(?P<minus>less|fewer|shorter|slower)))?"
 _DURATION_PATTERN = rf"""
     (?:\b(?:for|lasting|lasts|between|from|during)\s+)?
     (?:\b(?:{_LIMIT})\s+)?
-    (?:(?P<half>{_HALVES})|(?P<low>{NUMBER})(?:{_RANGE}(?P<high>{NUMBER}))?)
+    (?:(?P<half>(?!half\ as\b){_HALVES})|(?P<low>{NUMBER})(?:{_RANGE}(?P<high>{NUMBER}))?)
     [\s-]*{_UNIT}{_MORE}(?:\s+long\b)?
     |\b(?:for|lasting|lasts)\s+(?:{_ABOUT}\s+)?(?P<one>an?)\s+(?P<one_unit>second|minute|hour)\b
     |\b(?:{_AT_LEAST})\s+(?P<least_one>an?)\s+(?P<least_unit>second|minute|hour)\b
@@ -283,21 +283,21 @@ _EITHER_AMOUNT = re.compile(
     rf"({NUMBER})\s+or\s+({NUMBER})([\s-]*(?:degrees?\b|°|{_LENGTH}(?![\w/])))", re.IGNORECASE
 )
 _SOME_UNIT = (
-    rf"(?:degrees?\b|°|{_LENGTH}(?:\s*/\s*s\b)?(?![\w/])|{_UNIT.replace('?P<unit>', '?:')})"
+    rf"(?:degrees?\b|°|{_LENGTH}(?:\s*/\s*[sh]\b)?(?![\w/])|steps?\b|times\b"
+    rf"|{_UNIT.replace('?P<unit>', '?:')})"
 )
 _BOTH_LIMITS = re.compile(
-    rf"\b(?:(?:{_AT_LEAST}))\s+(?P<low>{NUMBER})(?:\s*{_SOME_UNIT})?"
-    rf"\s*,?\s*(?:and|but)\s+(?:{_AT_MOST})\s+(?P<high>{NUMBER})(?P<unit>[\s-]*{_SOME_UNIT})",
+    rf"\b(?P<least>{_AT_LEAST})\s+(?P<low>{NUMBER})(?P<own>\s*{_SOME_UNIT})?"
+    rf"\s*,?\s*(?:and|but)\s+(?P<most>{_AT_MOST})\s+(?P<high>{NUMBER})"
+    rf"(?P<unit>[\s-]*{_SOME_UNIT})",
     re.VERBOSE | re.IGNORECASE,
 )
-
-
 _HALF_UNITS = tuple(
-    (re.compile(rf"\b{said}", re.IGNORECASE), number)
-    for said, number in (
-        (rf"an?\s+(?P<unit>{_LENGTH})\s+and\s+a\s+half\b", "1.5"),
-        (rf"one\s+and\s+a\s+half\s+(?P<unit>{_LENGTH})(?![\w/])", "1.5"),
-        (rf"half\s+(?:of\s+)?an?\s+(?P<unit>{_LENGTH})(?![\w/])", "0.5"),
+    re.compile(rf"\b{said}", re.IGNORECASE)
+    for said in (
+        rf"(?P<n>an?|{NUMBER})\s+(?P<unit>{_LENGTH})\s+and\s+a\s+half\b",
+        rf"(?P<n>{NUMBER})\s+and\s+a\s+half\s+(?P<unit>{_LENGTH})(?![\w/])",
+        rf"(?:(?:an?|one)\s+)?half(?:\s+(?:of\s+)?an?)?[\s-]+(?P<unit>{_LENGTH})(?![\w/])",
     )
 )
 
@@ -309,8 +309,10 @@ def spread_amounts(text: str) -> str:
 
     >>> spread_amounts("turn 90 or 180 degrees"), spread_amounts("walk two or three steps")
     ('turn 90 degrees or 180 degrees', 'walk two or three steps')
-    >>> spread_amounts("walk more than 3 but less than 5 m"), spread_amounts("half a meter")
-    ('walk between 3 and 5 m', '0.5 meter')
+    >>> spread_amounts("more than 3 but less than 5 m"), spread_amounts("two and a half meters")
+    ('3 to 5 m', '2.5 meters')
+    >>> spread_amounts("more than 2 but fewer than 5 steps"), spread_amounts("half a meter")
+    ('3 to 4 steps', '0.5 meter')
     """
 
     def each(match: re.Match[str]) -> str:
@@ -318,10 +320,28 @@ def spread_amounts(text: str) -> str:
         near = abs(to_number(other) - to_number(one)) <= 1.0
         return match.group() if near else f"{one}{unit} or {other}{unit}"
 
-    for pattern, number in _HALF_UNITS:
-        text = pattern.sub(rf"{number} \g<unit>", text)
-    limited = _BOTH_LIMITS.sub(r"between \g<low> and \g<high>\g<unit>", text)
-    return _EITHER_AMOUNT.sub(each, limited)
+    def half(match: re.Match[str]) -> str:
+        whole = match.groupdict().get("n", "0").lower()
+        number = 1.0 if whole in ("a", "an") else to_number(whole)
+        return f"{number + 0.5:g} {match['unit']}"
+
+    for pattern in _HALF_UNITS:
+        text = pattern.sub(half, text)
+    return _EITHER_AMOUNT.sub(each, _BOTH_LIMITS.sub(_between, text))
+
+
+def _between(match: re.Match[str]) -> str:
+    """Two limits as one amount, unless they are of two measures: "more than 5 s but ... 2 m"."""
+    low, high, unit = match["low"], match["high"], match["unit"].strip(" -")
+    own = (match["own"] or unit).strip()
+    if own != unit and not all(re.fullmatch(_LENGTH, each, re.IGNORECASE) for each in (own, unit)):
+        return match[0]
+    if own != unit:
+        low = f"{to_number(low) * _unit(own.lower())[1] / _unit(unit.lower())[1]:.10g}"
+    if unit.startswith(("step", "times")):  # whole ones: more than three are four
+        low = f"{to_number(low) + match['least'].lower().startswith(('more', 'over')):g}"
+        high = f"{to_number(high) - match['most'].lower().startswith(('less', 'fewer', 'under')):g}"
+    return f"{low} to {high} {unit}"
 
 
 def match_number(text: str, place: int = 0) -> tuple[int, float, float | None] | None:

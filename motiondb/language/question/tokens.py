@@ -69,7 +69,8 @@ _WORDS = (
     ),
     (
         "soon",
-        r"(?:immediately|directly|straight|just|shortly|soon|long|(?:(?<=and\s)|(?<=,\s)|^)right)"
+        r"(?:immediately|directly|straight|just|shortly|soon|long"
+        r"|(?:(?<=and\s)|(?<=,\s)|(?<=then\s)|(?<=down\s)|(?<=up\s)|^)right)"
         r"(?=\s+(?:after|before|afterwards?|thereafter)\b)",
     ),
     ("only", r"only|exclusively|solely|nothing\s+but|nothing\s+else"),
