@@ -20,7 +20,7 @@ from motiondb.records import Clip, FloatArray, IntArray, Skeleton
 _SWAY_SECONDS = 0.35
 """Standard deviation of the weights by which the path over the ground is averaged: about a third of
 a cycle of walking, so that the sway of a step is not travel."""
-TURNED = 0.35  # Radians (20 degrees) from which on a cycle turns, as in ``generate.loops``
+TURNED = 0.35  # Radians (20 degrees) from which on a cycle turns, as in ``generate.cycles``
 _FLIP = np.array([-1.0, 1.0, 1.0])  # Mirror image in the plane x = 0
 _FLIP_TURN = np.array([1.0, 1.0, -1.0, -1.0])
 _LIKE = 0.05  # Length of the difference of two bones, as a share, below which they are alike

@@ -30,7 +30,7 @@ class Selections(Topic):
     """The selections of a database, available as ``db.selections``.
 
     ``db.selections()`` lists them. ``parts`` are names of captures, ``CAPTURE:FROM-TO`` in seconds,
-    names with start and end, or matches: ``db.selections.add("kicks", db.search("kick"))``.
+    names with start and end, or matches: ``db.selections.add("x", db.search("kick").matches)``.
     """
 
     def __call__(self) -> list[answers.SelectionRow]:
@@ -54,7 +54,7 @@ class Selections(Topic):
         """What a selection holds, by capture and time; QueryError if there is none of that name."""
         with self.session.reading():
             infos = store.load_captures(self.store)
-            self._check_known(name, infos)
+            name = self._check_known(name, infos)
             of = [(i, span) for i in infos for span in _selections_of(i).get(name, ())]
             of.sort(key=lambda each: (each[0].name, each[1] or (-1.0, -1.0)))
             return Tupled(
@@ -94,7 +94,7 @@ class Selections(Topic):
         Returns the captures that have changed. The last part that is taken takes the selection.
         """
         with self.session.reading():
-            self._check_known(name, store.load_captures(self.store))
+            name = self._check_known(name, store.load_captures(self.store))
         return self._change(
             name, parts, where, lambda spans, old, whole: frozenset() if whole else spans - old
         )
@@ -147,30 +147,31 @@ class Selections(Topic):
 
         given = [_part(each) for each in listed("parts", parts)]
         with store.transaction(self.store):
-            infos = chosen(self.session, (capture for capture, _, _ in given), where)
-            named, timed = dict[int, set[Span]](), dict[int, bool]()
-            for capture, start, end in given:
-                (info,) = store.load_named(self.store, [capture])
-                number, has_times = info.capture_id, start is not None or end is not None
-                named.setdefault(number, set()).add(_span(info, start, end))
-                timed[number] = timed.get(number, True) and has_times
+            infos = store.load_named(self.store, [capture for capture, _, _ in given])
+            asked = [(info, start, end) for info, (_, start, end) in zip(infos, given)]
+            asked += [(info, None, None) for info in chosen(self.session, (), where)]
+            spans, whole = dict[int, set[Span]](), set[int]()
+            for info, start, end in asked:
+                spans.setdefault(info.capture_id, set()).add(_span(info, start, end))
+                whole |= {info.capture_id} if start is None and end is None else set()
             changed = []
-            for info in infos:
+            for number, info in {info.capture_id: info for info, _, _ in asked}.items():
                 held = _selections_of(info)
-                new = frozenset(named.get(info.capture_id, {None}))
-                whole = not timed.get(info.capture_id, False)
-                held[name] = change(held.get(name, frozenset()), new, whole)
+                given_spans = frozenset(spans[number])
+                held[name] = change(held.get(name, frozenset()), given_spans, number in whole)
                 tags = {**info.tags, SELECTION: store.write_selections(held)}
                 changed.append((info, {key: value for key, value in tags.items() if value}))
             return store.change_tags(self.store, {SELECTION: name}, changed)
 
-    def _check_known(self, name: str, infos: Sequence[CaptureInfo]) -> None:
-        known = {each for info in infos for each in _selections_of(info)}
+    def _check_known(self, name: str, infos: Sequence[CaptureInfo]) -> str:
+        """The name of a selection that there is; QueryError if there is none."""
+        name, known = name.strip(), {each for info in infos for each in _selections_of(info)}
         if name not in known:
             raise QueryError(
                 f"{name!r}: expected the name of a selection, found none of it in "
                 f"{self.store.path}.{suggestion(name, known)} motiondb selections lists them."
             )
+        return name
 
 
 def _selections_of(info: CaptureInfo) -> dict[str, frozenset[Span]]:
@@ -191,8 +192,8 @@ def _checked(name: str) -> str:
         or {*plain} & {*store.MARKS}
     ):
         raise QueryError(
-            f"{name[:60]!r}: expected a name of a selection, 1 to {LONGEST_NAME} characters "
-            f"without {' '.join(store.MARKS)}, found another text."
+            f"{name[:60]!r}: expected a name of a selection, 1 to {LONGEST_NAME} visible "
+            f"characters without {' '.join(store.MARKS)}, found another text."
         )
     return plain
 
@@ -211,8 +212,9 @@ def _span(info: CaptureInfo, start: float | None, end: float | None) -> Span:
 
     if start is None and end is None:
         return None
-    low, high = round(start or 0.0, 3), round(info.duration if end is None else end, 3)
-    if not 0.0 <= low < high <= info.duration + 0.5:
-        raise QueryError(f"{info.name}: {outside(info.duration, start, end)}")
     until = round(info.duration, 3)
+    low = round(start or 0.0, 3) + 0.0  # no -0.0
+    high = until if end is None else round(end, 3)
+    if not 0.0 <= low < min(high, until) or high > until + 0.5:
+        raise QueryError(f"{info.name}: {outside(info.duration, start, end)}")
     return None if low == 0.0 and high >= until else (low, min(high, until))

@@ -13,6 +13,7 @@ import pytest
 import motiondb
 from motiondb import CurateSettings, MotionDB, QueryError, store
 from motiondb.database import curating
+from motiondb.database.catalogue import packs
 from motiondb.files.formats import read_capture
 from motiondb.records import Clip, Finding, Quality
 
@@ -129,7 +130,7 @@ def test_nothing_is_left_of_a_folder_that_failed(
     def fail(*_: object) -> None:
         raise OSError(28, "no space")
 
-    monkeypatch.setattr(curating, "_write_manifest", fail)
+    monkeypatch.setattr(packs, "write_manifest", fail)
     before = set(tmp_path.iterdir())
     with pytest.raises(motiondb.MotionDBError, match=r"found: no space\. Check its permissions"):
         base.curate(CurateSettings(share=0.5, shortest=1.0), folder=tmp_path / "train")

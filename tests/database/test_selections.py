@@ -16,7 +16,8 @@ from motiondb.records import Match
 from motiondb.store import MARKS, read_selections, write_selections
 
 TIMES = st.integers(0, 10**6).map(lambda n: n / 1000)
-SPANS = st.frozensets(st.none() | st.tuples(TIMES, TIMES), min_size=1, max_size=4)
+PARTS = st.tuples(TIMES, TIMES).filter(lambda part: part[0] < part[1])
+SPANS = st.frozensets(st.none() | PARTS, min_size=1, max_size=4)
 NAMES = st.text(
     st.characters(exclude_characters=MARKS, exclude_categories=("C", "Z")), min_size=1, max_size=8
 )
@@ -81,6 +82,14 @@ def test_parts_are_kept_taken_and_taken_back(base: MotionDB) -> None:
     assert base.check() == []
 
 
+def test_captures_of_a_filter_are_whole_beside_parts_of_them(base: MotionDB) -> None:
+    base.selections.add(" a ", [("ana/jump_1", -0.0001, 1.0)], where="name=ana/jump_1")
+    assert [part.end for part in base.selections.show("a ") if not part.whole] == [1.0]
+    assert len(base.selections.show("a")) == 2
+    base.selections.take(" a", ["ana/jump_1:1-2"], where="name=ana/jump_1")
+    assert base.selections() == []
+
+
 def test_a_selection_is_another_files_when_it_is_opened_again(tmp_path: Path, some: Path) -> None:
     with motiondb.open(tmp_path / "motions.duckdb") as db:
         db.add(some)
@@ -111,6 +120,10 @@ def test_what_is_no_selection_is_refused(base: MotionDB) -> None:
         base.selections.add("a; b", ["ana/jump_1"])
     with pytest.raises(QueryError, match=r"ana/jump_1: expected an interval within 0 to"):
         base.selections.add("a", ["ana/jump_1:1-900"])
+    behind = base.captures("name=ana/jump_1")[0].duration + 0.1
+    with pytest.raises(QueryError, match=r"ana/jump_1: expected an interval within 0 to"):
+        base.selections.add("a", [("ana/jump_1", behind, behind + 0.2)])  # an end has half a second
+    assert read_selections("a [2-1]") == {"a [2-1]": frozenset({None})}
     base.selections.add("fights", ["ana/jump_1"])
     with pytest.raises(QueryError, match="Did you mean fights"):
         base.selections.show("fight")

@@ -47,9 +47,10 @@ def _spans(texts: Iterable[str]) -> set[Span]:
     spans = set[Span]()
     for text in texts:
         matched = _SPAN.fullmatch(text)
-        if matched is None and text != _WHOLE:
+        span = (float(matched[1]), float(matched[2])) if matched else None
+        if text != _WHOLE if span is None else span[0] >= span[1]:
             return set()
-        spans.add((float(matched[1]), float(matched[2])) if matched else None)
+        spans.add(span)
     return spans
 
 
