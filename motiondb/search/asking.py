@@ -36,8 +36,10 @@ from motiondb.language.question.tree import (
     Measured,
     Node,
     NotUsed,
+    Without,
     actions_of,
     core,
+    is_bare,
     map_actions,
     walk,
 )
@@ -126,7 +128,18 @@ class AskedQuestion:
     def is_silent(self) -> bool:
         """Whether no answer has a probability, since no own caption has checked the words."""
         unchecked = not self.asked.are_checked(self.readings)
-        return self.is_seen_alone or self.names_no_action or unchecked
+        return self.is_seen_alone or self.names_no_action or self.excludes_limbs or unchecked
+
+    @cached_property
+    def excludes_limbs(self) -> bool:
+        """Whether parts of the body are excluded by themselves: "walk, but not the left hand"."""
+        every = [node for node in walk(self.sentence.parsed.tree) if isinstance(node, Without)]
+        excluded = (core(one) for node in every for one in node.excluded)
+        return any(
+            is_bare(one) and not LIMBS.isdisjoint(one.words) and not posture_of(one.words)
+            for one in excluded
+            if one is not None
+        )
 
     @cached_property
     def names_no_action(self) -> bool:

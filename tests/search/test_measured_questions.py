@@ -298,6 +298,8 @@ def test_parts_of_the_body_alone_have_no_verdict(db: motiondb.MotionDB, question
     answer = db.search(question, limit=5)
     assert {match.probability for match in answer.matches} == {None}
     assert not answer.nothing
+    excluded = db.search(f"walk, but not the {question}", limit=5)
+    assert {match.probability for match in excluded.matches} == {None}
 
 
 @pytest.mark.parametrize(
