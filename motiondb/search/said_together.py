@@ -126,11 +126,16 @@ def _as_climbed(
 
     >>> _as_climbed(("walk", "up", "step"), lambda words: "climb" in words)
     ('climb', 'up', 'step')
+    >>> _as_climbed(("walk", "up", "down"), lambda words: "climb" in words)
+    ('walk', 'up', 'down')
     """
     ways = [k for k, pair in enumerate(pairwise(action)) if pair[0] in _WALKS and pair[1] in _UP]
-    if not ways or len(action) < 3 or said(action):
+    if not ways:
         return action
-    climbed = (*action[: ways[0]], "climb", *action[ways[0] + 1 :])
+    before, behind = action[: ways[0]], action[ways[0] + 1 :]
+    if MODIFIERS.issuperset((*before, *behind)) or said(action):
+        return action
+    climbed = (*before, "climb", *behind)
     return climbed if said([word for word in climbed if word not in _UP]) else action
 
 
