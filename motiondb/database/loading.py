@@ -59,7 +59,7 @@ TABLE = "words.table"  # The shipped table of nearby words
 FEATURE_SECONDS = 1e-5  # Time of one processor for a frame; decides only how work is divided
 SEGMENTS = "segments"  # Name of scores and movement of all segments in that cache
 PLACES = "places"  # Name of the fitted maps of places there
-MAPS = "maps"  # Name of the fitted maps to captions and words there
+MAPS = "maps"  # End of the names of the fitted maps to captions and words there
 _AT_ONCE = 64  # Captures whose features are made together: bounds memory
 FRAMES = "frames"  # Name of the frames of all captures in the cache of the database
 
@@ -281,18 +281,22 @@ def prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> L
     """The learned model with arrays of all captures from the cache of the database."""
     mark = f"{PREPARED} {store.learning_mark(opened)}{sorted(learned.damaged) or ''}"
     evidence = store.cached_arrays(opened, kind, lambda: prepare(learned), mark)
-    places, maps = _place_arrays(opened, learned), _map_arrays(opened, learned)
+    places, maps = _place_arrays(opened, learned), _map_arrays(opened, learned, kind)
     return replace(learned, prepared=Prepared(learned, evidence, places, maps))
 
 
-def _map_arrays(opened: store.Store, learned: Learned) -> Mapping[str, NDArray[Any]]:
-    """The fitted maps from motions to captions and to words from the cache."""
+def _map_arrays(
+    opened: store.Store, learned: Learned, kind: str = "evidence"
+) -> Mapping[str, NDArray[Any]]:
+    """The fitted maps from motions to captions and to words from the cache.
+
+    `kind`: That of ``prepared``; words of generated captures count in the maps, too.
+    """
     if learned.fitted_word_map is None:
         return {}
     performers = sha256(repr(list(learned.performers.items())).encode()).hexdigest()
-    size = f"{len(learned.segments.starts)} {sorted(learned.damaged) or ''}"
-    mark = f"{store.learning_mark(opened)} {performers} {size}"
-    return store.cached_arrays(opened, MAPS, lambda: learned.map_arrays, mark)
+    mark = f"{store.learning_mark(opened)} {performers} {sorted(learned.damaged) or ''}"
+    return store.cached_arrays(opened, kind + MAPS, lambda: learned.map_arrays, mark)
 
 
 def _place_arrays(opened: store.Store, learned: Learned) -> Mapping[str, NDArray[Any]]:

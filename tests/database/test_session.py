@@ -307,6 +307,18 @@ def assert_maps_as_computed(db: MotionDB) -> None:
         np.testing.assert_array_equal(mapped[name], array)
 
 
+def test_maps_with_generated_captures_do_not_replace_those_without(few: Path) -> None:
+    with motiondb.open(few) as db:
+        db.captures.save_generated("made/kick_1", "kick", db.generate("kick", anyway=True), 0)
+        db.search("kick")
+    folder = few.with_name(f"{few.name}.cache")
+    before = {file: file.stat().st_mtime_ns for file in folder.glob("*maps-*")}
+    assert len(before) == 2
+    with motiondb.open(few) as db:
+        db.search("kick")
+    assert before == {file: file.stat().st_mtime_ns for file in folder.glob("*maps-*")}
+
+
 @pytest.mark.parametrize(
     "change",
     [
