@@ -181,6 +181,8 @@ def _as_far_as_asked(
 
     It is the motion that was made, unless another comes nearer. `again`: Makes it of other sources.
     """
+    if not any(_goes_so_far(of.action) for of in sources):
+        return made
     apart = _apart(sources, made)
     best, least = made, _distance(apart)
     seconds: list[float | None] = [None] * len(sources)
@@ -221,7 +223,7 @@ def _apart(
     for of, start, end in zip(sources, ends[:-1], ends[1:]):
         action, measure = of.action, of.action.measure
         found.append(None)
-        if measure is None or measure.what not in ("way", "steps") or not _is_travelled(action):
+        if measure is None or not _goes_so_far(action):
             continue
         gone = amounts_of(measure, action.words, track[start:end])
         amount, first, behind = min(
@@ -239,11 +241,12 @@ def _apart(
     return found
 
 
-def _is_travelled(action: PlannedAction) -> bool:
-    """Whether an action travels, and neither lasts nor is repeated as often as is said."""
+def _goes_so_far(action: PlannedAction) -> bool:
+    """Whether an action travels a way or steps, and is neither as long nor as often as is said."""
+    goes = action.measure is not None and action.measure.what in ("way", "steps")
     is_free = action.seconds is None and action.times is None
     flies = not set(FLIGHTS).isdisjoint(action.words)
-    return is_free and not flies and not TRAVELS.isdisjoint(action.words)
+    return goes and is_free and not flies and not TRAVELS.isdisjoint(action.words)
 
 
 def _understand(
