@@ -9,7 +9,7 @@ so that this contradicts only what is clearly otherwise, and nothing where both 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import lru_cache
 from itertools import pairwise
 
@@ -31,7 +31,7 @@ HOLDING = frozenset(_HOLDING_TEXT.split())
 """Actions whose limb is the one that rests: who hops on the left leg may move the other."""
 _ON_ONE_LEG = frozenset(("hop", "stand", "balance", "spin", "rotate", "pirouette"))
 _RAISES = frozenset(("raise", "lift", "up", "overhead"))
-_LOWERS = frozenset(("lower", "drop", "down", "put", "bring"))
+LOWERS = frozenset(("lower", "drop", "down", "put", "bring"))
 PLAIN = frozenset(("hold", "put", "keep", "stretch", "throw", "stick"))
 
 
@@ -71,11 +71,11 @@ def arm_raised(words: Sequence[str]) -> str | None:
     >>> arm_raised(("put", "both", "hand", "up")), arm_raised(("wave", "hand", "up"))
     ('both', None)
     """
-    arms = [word for word in words if word in LIMBS and word not in LEGS]
-    rest = {*words} - _RAISES - PLAIN - SIDES - {*arms}
+    arms = _arms_of(words)
+    rest = {*words} - _RAISES - PLAIN - SIDES - arms
     if _RAISES.isdisjoint(words) or not arms or (rest and "raise" not in words):
         return None
-    return next((side for side, limb in pairwise(words) if side in SIDES and limb in arms), "")
+    return _side_of(words, arms)
 
 
 def arm_lowered(words: Sequence[str]) -> str | None:
@@ -86,12 +86,22 @@ def arm_lowered(words: Sequence[str]) -> str | None:
     >>> arm_lowered(("wave", "hand", "down")), arm_lowered(("left", "lower", "arm"))
     (None, None)
     """
-    arms = [word for word in words if word in LIMBS and word not in LEGS]
+    arms = _arms_of(words)
     lowers = not {"lower", "drop", "down"}.isdisjoint(words)
     lowers = lowers and ("lower", "arm") not in pairwise(words)  # which is the forearm
-    if not arms or not lowers or {*words} - _LOWERS - SIDES - {*arms}:
+    if not arms or not lowers or {*words} - LOWERS - SIDES - arms:
         return None
-    return next((side for side, limb in pairwise(words) if side in SIDES and limb in arms), "")
+    return _side_of(words, arms)
+
+
+def _arms_of(words: Sequence[str]) -> set[str]:
+    """The words of an action for an arm, or a part of one."""
+    return {word for word in words if word in LIMBS and word not in LEGS}
+
+
+def _side_of(words: Sequence[str], limbs: Collection[str]) -> str:
+    """The first side that an action names of some limbs; "" if it names none."""
+    return next((side for side, limb in pairwise(words) if side in SIDES and limb in limbs), "")
 
 
 @lru_cache(256)

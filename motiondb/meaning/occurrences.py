@@ -63,6 +63,7 @@ from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import SINGLE, as_said
 from motiondb.meaning.limb_sides import (
     LEGS,
+    LOWERS,
     PLAIN,
     arm_lowered,
     arm_raised,
@@ -139,7 +140,7 @@ _WITH_HANDS = frozenset(("raise", "lift", "up", "overhead", "high", *SIDES, *LIM
 _WITH_LEGS = frozenset(("stand", "balance", SINGLE, *SIDES, *LEGS))
 _WITH_POSTURE = {
     **dict.fromkeys(("raise", "overhead"), _WITH_HANDS),
-    "lower": frozenset(("lower", "drop", "down", "put", "bring", *SIDES, *LIMBS)),
+    "lower": frozenset((*LOWERS, *SIDES, *LIMBS)),
     "on": _WITH_LEGS,
     "still": frozenset(("stand", "still")),
     "kneel": frozenset(("kneel", "down", "knee", "floor", "ground", SINGLE)),
@@ -236,11 +237,9 @@ def event_of(words: Sequence[str]) -> str:
 
 def _posture(words: Sequence[str]) -> str:
     """The posture that an action takes, with its side; "" for others."""
-    hand = arm_raised(words)
-    if hand is not None:
-        side = "" if hand == "" else f" {hand}"
-        return ("overhead" if "overhead" in words else "raise") + side
-    lowered = arm_lowered(words)
+    raised, lowered = arm_raised(words), arm_lowered(words)
+    if raised is not None:
+        return f"{'overhead' if 'overhead' in words else 'raise'} {raised}".strip()
     if lowered is not None:
         return f"lower {lowered}".strip()
     if "stand" in words or "balance" in words:

@@ -36,7 +36,6 @@ from motiondb.language.question.tree import (
     Measured,
     Node,
     NotUsed,
-    Without,
     actions_of,
     core,
     is_bare,
@@ -80,7 +79,7 @@ from motiondb.search.takings import (
     write_otherwise,
 )
 
-_OF_ARMS = frozenset((*SIDES, *LIMBS, "up", "overhead", "down"))  # Words of a raised hand
+_OF_ARMS = frozenset((*SIDES, *LIMBS, "up", "overhead", "down"))  # Words of a moved hand
 COUNTED_EVENTS = frozenset((*COUNTED, "spin", "stop"))
 """Events of which one is told from the next."""
 
@@ -133,12 +132,9 @@ class AskedQuestion:
     @cached_property
     def excludes_limbs(self) -> bool:
         """Whether parts of the body are excluded by themselves: "walk, but not the left hand"."""
-        every = [node for node in walk(self.sentence.parsed.tree) if isinstance(node, Without)]
-        excluded = (core(one) for node in every for one in node.excluded)
         return any(
             is_bare(one) and not LIMBS.isdisjoint(one.words) and not posture_of(one.words)
-            for one in excluded
-            if one is not None
+            for one in self.sentence.excluded
         )
 
     @cached_property

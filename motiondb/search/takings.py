@@ -287,11 +287,16 @@ class Sentence:
         return self._of_postures(actions, len(actions) > 1)
 
     @cached_property
+    def excluded(self) -> tuple[Action, ...]:
+        """Its excluded actions."""
+        every = [node for node in walk(self.parsed.tree) if isinstance(node, Without)]
+        parts = (part for node in every for one in node.excluded for part in walk(one))
+        return tuple(part for part in parts if isinstance(part, Action))
+
+    @cached_property
     def unseen(self) -> frozenset[tuple[str, ...]]:
         """Its excluded postures in unknown words, which are looked for in the motion alone."""
-        every = [node for node in walk(self.parsed.tree) if isinstance(node, Without)]
-        excluded = [part for node in every for one in node.excluded for part in walk(one)]
-        return self._of_postures([part for part in excluded if isinstance(part, Action)], False)
+        return self._of_postures(self.excluded, False)
 
     @property
     def postures(self) -> frozenset[tuple[str, ...]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice, pairwise
 from typing import Annotated, Literal
@@ -24,6 +24,7 @@ from motiondb.page.errors import ERRORS, PageError
 from motiondb.page.routes import parameters
 from motiondb.page.state import Block, MadeMotion, Page, Ref, load_motion, read_ref
 from motiondb.records import Match
+from motiondb.search.by_example import ExampleAnswer
 from motiondb.search.chances import LIKELY
 
 OFFERED, MOST_ASKED = 5, 14  # Questions that are offered, and most that are tried for it
@@ -160,6 +161,14 @@ def router(page: Page) -> APIRouter:
             took = round(time.perf_counter() - began, 4)
             return replies.like_reply(db, answer, ref, start, end, took)
 
+    def nearest(ask: Callable[[MotionDB], ExampleAnswer]) -> replies.LikeReply:
+        """The reply to a path or a rhythm, with the time that it took."""
+        began = time.perf_counter()
+        with page.reading() as db:
+            answer = ask(db)
+            took = round(time.perf_counter() - began, 4)
+            return replies.like_reply(db, answer, "", None, None, took)
+
     @routes.get("/api/along")
     def along(
         path: Annotated[
@@ -170,11 +179,7 @@ def router(page: Page) -> APIRouter:
         limit: parameters.Limit = 10,
     ) -> replies.LikeReply:
         """Intervals that travel along a path on the floor, seen from above, in metres."""
-        began = time.perf_counter()
-        with page.reading() as db:
-            answer = db.captures.along(path, words, where, limit)
-            took = round(time.perf_counter() - began, 4)
-            return replies.like_reply(db, answer, "", None, None, took)
+        return nearest(lambda db: db.captures.along(path, words, where, limit))
 
     @routes.get("/api/rhythm")
     def rhythm(
@@ -186,11 +191,7 @@ def router(page: Page) -> APIRouter:
         limit: parameters.Limit = 10,
     ) -> replies.LikeReply:
         """Intervals whose steps fall at the times of taps, in seconds."""
-        began = time.perf_counter()
-        with page.reading() as db:
-            answer = db.captures.rhythm(taps, words, where, limit)
-            took = round(time.perf_counter() - began, 4)
-            return replies.like_reply(db, answer, "", None, None, took)
+        return nearest(lambda db: db.captures.rhythm(taps, words, where, limit))
 
     @routes.get("/api/describe")
     def describe(
