@@ -178,6 +178,12 @@ _MANNERS = (
         rf"(?:\s+({_OVERHEAD}))?|({_OVERHEAD}))",
         r"while raising \1 \2\3",
     ),
+    (
+        rf"with\s+({_HANDS})\s+(?:(?:held|kept|placed|resting|clasped)\s+)?"
+        rf"(on|at|behind|against|over|together|crossed|folded)\b",
+        r"while holding \1 \2",
+    ),
+    (r"to(?=\s+(?:touch|scratch|rub|cover)\s)", "and"),
     (r"vertical(?:ly)?\s+((?:jump|leap|hop)\w*)", r"\1 up in place"),
     (r"slow(?:s|ing|ed)?\s+down", "slow"),
     (
@@ -269,7 +275,7 @@ def without_request(text: str) -> str:
     >>> without_request("a jog that slows down to a walk"), without_request("turns into a corner")
     ('a jog , then walk', 'turns into a corner')
     >>> without_request("runs with both arms up"), without_request("walks with hands on hips")
-    ('runs while raising both arms ', 'walks with hands on hips')
+    ('runs while raising both arms ', 'walks while holding hands on hips')
     >>> without_request("long takes of a waltz")
     'a waltz for a long time'
     >>> without_request("goes from lying on the floor to standing")

@@ -11,9 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from functools import lru_cache
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.body import body, rotation
 from motiondb.body.features import VELOCITY_SECONDS, VELOCITY_WEIGHT
@@ -33,6 +34,42 @@ _ON_ONE_LEG = frozenset(("hop", "stand", "balance", "spin", "rotate", "pirouette
 _RAISES = frozenset(("raise", "lift", "up", "overhead"))
 LOWERS = frozenset(("lower", "drop", "down", "put", "bring"))
 PLAIN = frozenset(("hold", "put", "keep", "stretch", "throw", "stick"))
+_PLACES_TEXT = {
+    "head": "head face chin mouth cheek forehead ear nose eye hair lip brow",
+    "chest": "chest heart",
+    "back": "back",
+    "floor": "floor ground",
+    "other hand": "together clasp",
+    "other elbow": "cross fold",
+    "hip": "hip waist",
+    "knee": "knee thigh lap",
+    "foot": "foot toe ankle shin",
+    "shoulder": "shoulder",
+}
+_PLACE_OF = {word: place for place, text in _PLACES_TEXT.items() for word in text.split()}
+_OF_TWO = ("hip", "knee", "foot", "shoulder")  # Places of which there are a left and a right one
+HAND_PLACES = (*(p for p in _PLACES_TEXT if p not in _OF_TWO), *map(" ".join, product(("left", "right"), _OF_TWO)))
+"""Where a hand is measured to be: a bit of :func:`places_of_hands` each, twice."""
+PLACES_ASKED = (*HAND_PLACES, *_OF_TWO)
+_TOUCHES = frozenset(("touch", "scratch", "rub", "cover", "pat", "tap", "clutch", "feel"))
+"""Verbs whose hand need not be said."""
+_HANDS = frozenset(("hand", "fist", "palm", "finger", "arm", "wrist"))
+_BESIDE = frozenset(("rest", "place", "lay", "bring", "raise", "lift", "lean", "behind", "on", "up"))
+PALM, FACE = 0.09, 0.06  # Metres from the wrist to the palm, and from the joint of the head up
+BENT = 0.9  # Most share of an arm's length from shoulder to wrist, of a hand at the hip or the back
+_NEAR = {
+    "head": 0.24,
+    "chest": 0.14,
+    "back": 0.25,
+    "floor": 0.1,
+    "other hand": 0.13,
+    "other elbow": 0.2,
+    "hip": 0.14,
+    "knee": 0.16,
+    "foot": 0.17,
+    "shoulder": 0.2,
+}
+"""Most metres from the palm to each place; from wrist to wrist of hands that are together."""
 
 
 def limbs_to_measure(words: Sequence[str]) -> tuple[tuple[str, str], ...]:
@@ -92,6 +129,80 @@ def arm_lowered(words: Sequence[str]) -> str | None:
     if not arms or not lowers or {*words} - LOWERS - SIDES - arms:
         return None
     return _side_of(words, arms)
+
+
+def hand_at(words: Sequence[str]) -> tuple[str, str] | None:
+    """The side of the hand, or "any", and where it is, of an action that puts a hand somewhere.
+
+    >>> hand_at(("both", "hand", "hip")), hand_at(("touch", "left", "knee", "right", "hand"))
+    (('both', 'hip'), ('right', 'left knee'))
+    >>> hand_at(("hand", "behind", "back")), hand_at(("arm", "cross")), hand_at(("touch", "toe"))
+    (('any', 'back'), ('any', 'other elbow'), ('any', 'foot'))
+    >>> hand_at(("wave", "hand", "head")), hand_at(("touch", "foot", "ground")), hand_at(("hand", "back"))
+    (None, None, None)
+    """
+    hands, named = _HANDS.intersection(words), [word for word in words if word in _PLACE_OF]
+    if len(named) != 1 or not (hands or _TOUCHES.intersection(words)):
+        return None
+    place = _PLACE_OF[named[0]]
+    rest = {*words} - {*named} - SIDES - hands - _TOUCHES - PLAIN - _BESIDE
+    is_meant = place.startswith("other") <= bool(hands) and (place == "back") <= ("behind" in words)
+    if rest or not is_meant or (place == "shoulder" and not _RAISES.isdisjoint(words)):
+        return None
+    side = _side_of(words, named) if place in _OF_TWO else ""
+    which = f"{side} {place}" if side in ("left", "right") else place
+    return _side_of(words, hands) or "any", which
+
+
+def places_of_hands(positions: FloatArray, facing: FloatArray) -> FloatArray:
+    """Where the hands are: the bits of whole numbers, array (frames,).
+
+    Of each hand, the left one first, a bit for each of :data:`HAND_PLACES`. `positions` (frames,
+    21, 3), metres; `facing` (frames,): angle of the body about the vertical, rad.
+    """
+    at = {name: positions[:, n] for name, n in body.INDEX.items()}
+    ahead = np.column_stack([np.sin(facing), np.zeros(len(facing)), np.cos(facing)])
+    face = at["head"] + FACE * rotation.normalize(at["head"] - at["neck"])
+    bits = np.zeros(len(positions))
+    for hand, (side, other) in enumerate(("lr", "rl")):
+        wrist, elbow, shoulder = (at[f"{side}_{joint}"] for joint in ("wrist", "elbow", "shoulder"))
+        palm = wrist + PALM * rotation.normalize(wrist - elbow)
+        length = np.linalg.norm(wrist - elbow, axis=1) + np.linalg.norm(elbow - shoulder, axis=1)
+        bent = np.linalg.norm(wrist - shoulder, axis=1) < BENT * length
+        behind = ((palm - at["pelvis"]) * ahead).sum(axis=1) < -0.05
+        away = {
+            "head": palm - face,
+            "chest": palm - at["chest"] - 0.1 * ahead,
+            "back": np.where((bent & behind)[:, None], palm - at["pelvis"] - [0.0, 0.15, 0.0], 1.0),
+            "floor": palm * [0.0, 1.0, 0.0],
+            "other hand": wrist - at[f"{other}_wrist"],
+            "other elbow": palm - at[f"{other}_elbow"],
+        }
+        for of, name in zip("lr", ("left", "right")):
+            hip = palm - at[f"{of}_hip"] - [0.0, 0.08, 0.0]
+            away[f"{name} hip"] = np.where(bent[:, None], hip, 1.0)
+            away[f"{name} knee"] = palm - at[f"{of}_knee"]
+            ends = np.stack([palm - at[f"{of}_ankle"], palm - at[f"{of}_toe"]])
+            nearer = np.linalg.norm(ends, axis=2).argmin(axis=0)
+            away[f"{name} foot"] = ends[nearer, np.arange(len(palm))]
+            away[f"{name} shoulder"] = palm - at[f"{of}_shoulder"]
+        for n, place in enumerate(HAND_PLACES):
+            is_near = np.linalg.norm(away[place], axis=1) < _NEAR[place.removeprefix("left ").removeprefix("right ")]
+            bits += is_near * 2.0 ** (n + hand * len(HAND_PLACES))
+    return bits
+
+
+def hands_are_at(bits: FloatArray, side: str, place: str) -> NDArray[np.bool_]:
+    """Frames in which the hand of a side, both or any, is at a place: array (frames,).
+
+    `bits` (frames,): those of :func:`places_of_hands`. `side`, `place`: as of :func:`hand_at`.
+    """
+    asked = [n for n, one in enumerate(HAND_PLACES) if one == place or one.split()[-1] == place]
+    numbers, n = bits.astype(np.int64), len(HAND_PLACES)
+    left, right = (numbers & sum(1 << (k + hand * n) for k in asked) != 0 for hand in (0, 1))
+    if side == "both" or place.startswith("other"):
+        return np.asarray(left & right)
+    return np.asarray({"left": left, "right": right}.get(side, left | right))
 
 
 def _arms_of(words: Sequence[str]) -> set[str]:

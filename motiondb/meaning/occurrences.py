@@ -31,6 +31,8 @@ lower               the end of a time in which a hand is raised, until it hangs 
 lie                 a time of at least 1 s in which trunk and thighs are level
 kneel               a time of at least 0.5 s in which a knee is on the ground, and the trunk upright
 stand still         a time of at least 0.5 s of standing in which neither pelvis nor limbs move
+hand at             a time of at least 0.3 s in which a hand, or both, is at a part of the body, at
+                    the floor or at the other hand: "at left hip" is the left hand at a hip
 on one leg          a time of at least 1 s of standing in which a foot is 0.15 m above the other;
                     "on left leg": the right one is above
 ==================  =============================================================================
@@ -64,11 +66,15 @@ from motiondb.language.vocabulary import SINGLE, as_said
 from motiondb.meaning.limb_sides import (
     LEGS,
     LOWERS,
+    PLACES_ASKED,
     PLAIN,
     arm_lowered,
     arm_raised,
+    hand_at,
+    hands_are_at,
     limb_held,
     outward_speeds,
+    places_of_hands,
 )
 from motiondb.meaning.score_vectors import averaged_rows
 from motiondb.meaning.travelled import SPINS, SPUN, TURNS
@@ -111,13 +117,14 @@ which somebody moves: who stands sways more slowly."""
 TURN_SPEED, SPIN_SPEED, TURNED = 0.8, 2.0, 0.7  # rad/s, rad/s, rad
 COUNTED = (*FLIGHTS, "kick", "punch", *sorted(OVER), *LEANS, *LOW)
 """Words whose occurrences are counted in a motion that is made or judged."""
-POSED = frozenset(("raise", "overhead", "lower", "lie", "kneel", "on", "still"))
+POSED = frozenset(("raise", "overhead", "lower", "lie", "kneel", "on", "still", "at"))
 """First words of postures, and of a change between them, that are measured where captions do not
 say them."""
 _HANDS = ("", " left", " right", " both")
 EVERY_POSTURE = (
     *(f"{what}{side}" for what in ("raise", "overhead", "lower") for side in _HANDS),
     *(f"on {side} leg" for side in ("left", "right", "one")),
+    *(f"at {side} {place}" for side in ("any", "left", "right", "both") for place in PLACES_ASKED),
     *("lie", "kneel", "still", "stand", "sit"),
 )
 """The postures of ``POSED`` with their sides, and those in which something else is done."""
@@ -163,7 +170,7 @@ _ARMS = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("shoulder", "
 
 
 def measured_track(motion: Motion) -> FloatArray:
-    """What measured words look at: array (frames, 28).
+    """What measured words look at: array (frames, 29).
 
     Height of the pelvis (m), speed to the left and ahead (m/s), turning (rad/s); heights of the
     left and the right foot above standing (m); for the left and the right hand, whether it is
@@ -172,9 +179,9 @@ def measured_track(motion: Motion) -> FloatArray:
     the trunk from upright (rad); height of the head (m); distance of the left and the right ankle
     from the hip, and how far ahead of the pelvis they are (m); the angle of the left and the right
     thigh from hanging down (rad); heights of the left and the right wrist above their shoulders,
-    and above the head, and of the knees (m).
+    and above the head, and of the knees (m); the places of the hands (``places_of_hands``).
     """
-    joints = (0, *FEET, *_HIPS, *_KNEES, *_ARMS, _I["neck"], _I["head"])
+    joints = (0, *FEET, *_HIPS, *_KNEES, *_ARMS, _I["chest"], _I["neck"], _I["head"])
     positions, world = retarget.motion_positions(motion, joints)
     positions = positions.astype(np.float64)
     arms = []
@@ -203,7 +210,7 @@ def measured_track(motion: Motion) -> FloatArray:
         positions[:, [_I[f"{side}_{joint}"] for side in "lr"], 1] for joint in ("wrist", "shoulder")
     )
     heights = [wrists - shoulders, wrists - head[:, None], positions[:, _KNEES, 1]]
-    return np.column_stack([*tracked, thighs, *heights])
+    return np.column_stack([*tracked, thighs, *heights, places_of_hands(positions, heading)])
 
 
 def event_of(words: Sequence[str]) -> str:
@@ -237,6 +244,9 @@ def event_of(words: Sequence[str]) -> str:
 
 def _posture(words: Sequence[str]) -> str:
     """The posture that an action takes, with its side; "" for others."""
+    held_at = hand_at(words)
+    if held_at is not None:
+        return f"at {held_at[0]} {held_at[1]}"
     raised, lowered = arm_raised(words), arm_lowered(words)
     if raised is not None:
         return f"{'overhead' if 'overhead' in words else 'raise'} {raised}".strip()
@@ -251,12 +261,19 @@ def _posture(words: Sequence[str]) -> str:
 def say_posture(posture: str) -> str:
     """A posture of :func:`event_of` in words that follow "does not".
 
-    >>> [say_posture(one) for one in ("lie", "on left leg", "raise", "lower both")]
-    ['lie', 'stand on the left leg alone', 'raise a hand', 'lower both hands']
+    >>> [say_posture(one) for one in ("lie", "on left leg", "at any hip", "lower both")]
+    ['lie', 'stand on the left leg alone', 'hold a hand at the hip', 'lower both hands']
     """
     what, _, side = posture.partition(" ")
-    hands = {"": "a hand", "both": "both hands"}.get(side, f"the {side} hand")
+    side, _, place = side.partition(" ") if what == "at" else (side, "", "")
+    hands = {"": "a hand", "any": "a hand", "both": "both hands"}.get(side, f"the {side} hand")
     said = {
+        "at": {
+            "other hand": "hold the hands together",
+            "other elbow": "cross the arms",
+            "back": f"hold {hands} behind the back",
+            "floor": f"touch the floor with {hands}",
+        }.get(place, f"hold {hands} at the {place}"),
         "on": f"stand on {'one leg' if side == 'one leg' else f'the {side}'} alone",
         "raise": f"raise {hands}",
         "overhead": f"hold {hands} overhead",
@@ -287,8 +304,8 @@ def is_posture_alone(action: Sequence[str]) -> bool:
     >>> is_posture_alone(("kneel", "floor")), is_posture_alone(("kneel", "backward"))
     (True, False)
     """
-    posture = posture_of(action)
-    return bool(posture) and _WITH_POSTURE[posture.split()[0]].issuperset(action)
+    what = posture_of(action).split(" ")[0]
+    return what == "at" or bool(what) and _WITH_POSTURE[what].issuperset(action)
 
 
 def _speeds(places: FloatArray) -> FloatArray:
@@ -363,6 +380,9 @@ def _postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:
         up = track[:, 22:24] > RAISED if what == "raise" else track[:, 24:26] > ABOVE_HEAD
         of_side = {"left": up[:, 0], "right": up[:, 1], "both": up.all(axis=1)}
         held = of_side.get(side, up.any(axis=1)) & (track[:, 14] < MOST_LEAN)
+    elif what == "at":
+        of, _, place = side.partition(" ")
+        held = hands_are_at(track[:, 28], of, place)
     elif what == "kneel":
         down, shortest = (track[:, 26:28] < KNEE_DOWN).any(axis=1), SHORTEST_KNEELING
         held = down & (track[:, 14] < MOST_LEAN) & (track[:, 0] > LOW["squat"])

@@ -44,9 +44,9 @@ from motiondb.language.question.tree import (
 )
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, TRAVELS
 from motiondb.learn.learned import Learned
-from motiondb.meaning.degrees import Degree, degree_of
+from motiondb.meaning.degrees import SPEEDS, Degree, degree_of
 from motiondb.meaning.direction import vertical_ways
-from motiondb.meaning.limb_sides import arm_lowered, arm_raised, limb_held, limbs_to_measure
+from motiondb.meaning.limb_sides import arm_lowered, arm_raised, hand_at, limb_held, limbs_to_measure
 from motiondb.meaning.occurrences import (
     COUNTED,
     OF_POSTURES,
@@ -247,7 +247,8 @@ def understand(
     part = read[0].parts[0]
     is_said = is_alone and searched_words == {*only} and not takings
     is_said = is_said and not (part.seconds or part.longest or is_repeated(part))
-    is_seen_alone = is_alone and not (is_said and OF_POSTURES.intersection(only))
+    is_said = is_said and (at_place(only) or not OF_POSTURES.isdisjoint(only))
+    is_seen_alone = is_alone and (only in sentence.seen or not is_said)
     seen = (only,) if is_seen_alone else sentence.seen if looks_at_motion else ()
     return AskedQuestion(
         sentence.text,
@@ -297,14 +298,21 @@ def measured_words(action: Sequence[str]) -> frozenset[str]:
 def _measured_words(action: tuple[str, ...]) -> frozenset[str]:
     limbs = {*chain.from_iterable(limbs_to_measure(action)), *limb_held(action)}
     ends: Collection[str] = {"seat": {"down"}, "rise": {"up"}}.get(event_of(action), set())
-    if posture_of(action):
+    if at_place(action):
+        ends = action
+    elif posture_of(action):
         ends = _OF_ARMS.intersection(action) if _moves_hands(action) else {"down"}
     return frozenset((*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)))
 
 
+def at_place(action: Sequence[str]) -> bool:
+    """Whether an action holds a hand at a place, which is measured."""
+    return hand_at(action) is not None
+
+
 def _moves_hands(action: Sequence[str]) -> bool:
-    """Whether an action raises or lowers a hand, which is measured."""
-    return arm_raised(action) is not None or arm_lowered(action) is not None
+    """Whether an action raises or lowers a hand, or holds it at a place, which is measured."""
+    return any(of(action) is not None for of in (arm_raised, arm_lowered, hand_at))
 
 
 def asked_degree(sentence: Sentence) -> Degree | None:
@@ -322,7 +330,7 @@ def without_degree(question: KnownQuestion, degree: Degree) -> KnownQuestion:
     def plain(action: Action) -> Action:
         words = tuple(word for word in action.words if word not in degree.words)
         return (
-            Action(words, () if degree.measure == "speed" else action.manner) if words else action
+            Action(words, () if degree.measure in SPEEDS else action.manner) if words else action
         )
 
     return replace(question, tree=map_actions(question.tree, plain))

@@ -316,10 +316,16 @@ class Sentence:
             and not action.manner
             and (
                 is_known
-                or said.isdisjoint(action.words)
                 or posture_of(action.words).startswith("on ")
+                or not self._is_said(action.words, said)
             )
         )
+
+    def _is_said(self, words: Sequence[str], of_postures: Collection[str]) -> bool:
+        """Whether captions say the posture of an action: of a hand at a place, all its words."""
+        if not posture_of(words).startswith("at "):
+            return not of_postures.isdisjoint(words)
+        return _say_together(self.learned, {self.learned.word_numbers.get(w, -1) for w in words})
 
     def in_known_words(self, added: Mapping[str, int], is_seen: bool = True) -> KnownQuestion:
         """The question in the words that the database knows.
