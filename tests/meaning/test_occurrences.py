@@ -125,6 +125,23 @@ def test_degrees_of_speed_height_and_way() -> None:
     assert degree_of(("walk", "slow", "long", "step")).measure == "speed"
 
 
+def test_degrees_of_turns_and_squats_are_those_of_their_events() -> None:
+    """The fastest half second of a turn, and how low a squat is; nothing where there is none."""
+    track = standing()
+    track[20:50, 3], track[70:90, 3] = 2.0, 6.0
+    quick = degree_of(("turn", "left", "quick"))
+    assert quick is not None
+    assert quick.amount(track, 0, 60) == pytest.approx(np.degrees(2.0))
+    assert quick.amount(track, 60, 150) == pytest.approx(np.degrees(6.0))
+    track[100:130, HEIGHT] -= 0.4
+    deep, high = degree_of(("squat", "deep")), degree_of(("kick", "high"))
+    assert deep is not None
+    assert high is not None
+    assert deep.amount(track, 60, 150) == pytest.approx(0.4)
+    assert np.isnan(deep.amount(track, 0, 60))
+    assert np.isnan(high.amount(track, 0, 150))
+
+
 def test_who_rests_does_not_go_on() -> None:
     speeds = np.zeros((90, 3))
     speeds[30:, 1] = 1.5
