@@ -46,11 +46,11 @@ from motiondb.meaning.direction import (
     gone,
     lacking,
 )
+from motiondb.meaning.extents import whole_occurrences
 from motiondb.meaning.occurrences import (
     COUNTED,
     FLIGHTS,
     find_occurrences,
-    whole_occurrences,
 )
 from motiondb.meaning.travelled import directions_to_measure
 from motiondb.records import MOTION_FPS, FloatArray, IntArray

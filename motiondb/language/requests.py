@@ -157,7 +157,7 @@ _MANNERS = (
         r"\1 high",
     ),
     (
-        r"(jump(?:s|ing|ed)?)((?:\s+[^\W\d_]+){0,2}?)\s+on\s+"
+        r"(jump(?:s|ing|ed)?)((?:\s+(?!and\b|then\b|land)[^\W\d_]+){0,2}?)\s+on\s+"
         r"(one|(?:the|his|her|their)\s+(?:left|right))\s+(leg|foot)",
         r"hopping\2 on \3 \4",
     ),
@@ -183,6 +183,18 @@ _MANNERS = (
         rf"(on|at|behind|against|over|together|crossed|folded)\b",
         r"while holding \1 \2",
     ),
+    *(
+        (
+            rf"(?:vertical\s+)?standing\s+{kind}(?:jump|leap|hop)(s?)",
+            rf"standing still, then jump\1{way}",
+        )
+        for kind, way in (
+            (r"(?:long|broad)\s+", " forward"),
+            (r"(?:high|vertical)\s+", " up"),
+            ("", ""),
+        )
+    ),
+    (r"flying\s+(?=kick|knee|punch)", "jumping "),
     (r"to(?=\s+(?:touch|scratch|rub|cover)\s)", "and"),
     (r"vertical(?:ly)?\s+((?:jump|leap|hop)\w*)", r"\1 up in place"),
     (r"slow(?:s|ing|ed)?\s+down", "slow"),

@@ -73,7 +73,10 @@ IN_A_CIRCLE = "circular"  # Likewise for "in a circle" and "around in circles"
 SINGLE = "theone"  # Likewise for "on one leg"; no word, so that none is lost
 OVERHEAD = "overhead"  # Likewise for "above the head", and "in the air" of hands
 BOX = "thebox"  # For a box that is a thing: to box is another word
+FIGURE_EIGHT = "figureeight"  # For "in a figure eight": not a number of times
 _SAID = {
+    FIGURE_EIGHT: "in a figure eight",
+    "crosslegged": "cross-legged",
     IN_PLACE: "in place",
     IN_A_CIRCLE: "in a circle",
     SINGLE: "one",
@@ -100,6 +103,22 @@ _PHRASES = (
     ),
     (re.compile(r"\b(?:break|brake)[\s-]*(?=danc)", re.IGNORECASE), "break "),
     (re.compile(r"\b(?:shak(?:e|es|ing)|shook)\s+hands\b", re.IGNORECASE), "handshake"),
+    (
+        re.compile(
+            r"\b(?:in\s+)?(?:an?\s+|the\s+)?figures?[\s-]+(?:of[\s-]+)?(?:an?\s+)?(?:eights?|8s?)\b"
+            r"|\bin\s+(?:the\s+shape\s+of\s+)?an\s+(?:eight|8)\b(?!\s+(?:shape|figure))",
+            re.IGNORECASE,
+        ),
+        FIGURE_EIGHT,
+    ),
+    (re.compile(r"\b(hip|goose|moon)[\s-](?=hop\b|step|walk)", re.IGNORECASE), r"\1"),
+    (
+        re.compile(
+            r"\b(cross|bow|knock|stiff|straight|bare|flat)[\s-]+(legged|footed|armed)\b",
+            re.IGNORECASE,
+        ),
+        r"\1\2",
+    ),
     (
         re.compile(
             r"\b((?:jump|hop|leap|bounc)\w*)\s+up\s+and\s+down\b(?!\s+(?:the|an?|on|from)\b)",
@@ -183,6 +202,8 @@ SAME = (
     ("backward roll", "backward somersault", "back somersault"),
     ("forward roll", "somersault"),
     ("stand still", "idle"),
+    ("squat", "deep knee bend", "knee bend"),
+    ("goosestep", "march"),
     ("martial art", "karate"),
     ("push up", "pushup", "pressup", "press up"),
     ("sit up", "situp"),

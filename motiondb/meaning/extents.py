@@ -15,17 +15,32 @@ only if this maximises the sum.
 Window and threshold were chosen among 27 settings with the four long CMU takes in view, on which
 ``docs/measured/quality.md`` measures ("Interval in a long take"): no other takes with true parts
 are available.
+
+An occurrence of an event (:mod:`motiondb.meaning.occurrences`) is *whole* with what leads to it and
+what follows it, such as the crouch before a flight and after the landing: from a frame of rest to
+the next one (:func:`whole_occurrences`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
 
-from motiondb.records import Axes, Float32Array, FloatArray, IntArray
+from motiondb.body.contacts import MAX_HEIGHT
+from motiondb.meaning.occurrences import (
+    FLIGHTS,
+    INVERTED,
+    LASTING,
+    LEANS,
+    LOW,
+    OVER,
+    find_occurrences,
+)
+from motiondb.records import MOTION_FPS, Axes, Float32Array, FloatArray, IntArray
 
 WINDOW = 39  # Feature frames (2.6 s) of a context
 SPREAD_WEIGHT = 1.5  # Weight of the standard deviations relative to the means
@@ -38,6 +53,13 @@ NEAR_FRAMES = 30  # Feature frames (2 s) over which ``near`` is averaged
 LEAST_EXAMPLE = 30  # Least length of an example with contexts of its own, feature frames (2 s)
 LONG = 1.5
 """Least length of a take that is searched for whole activities, relative to that of the example."""
+UPRIGHT = 0.9  # Quantile of the heights of the pelvis that is taken for standing
+REST_WITHIN = 45  # Frames (1.5 s) before and after an occurrence in which the body comes to rest
+LEAD = 3  # Frames (0.1 s) of the rest that belong to a whole occurrence
+SINKING, SAGGED, RETURNED = 0.15, 0.05, 0.25
+"""Speed of the pelvis up or down, m/s, height that it lost, m, and share of an excursion, up to
+which a body is at rest."""
+AROUND = 24  # Frames (0.8 s) before and after a punch: arms are at rest where feet may not be
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,3 +162,60 @@ def _contexts(features: FloatArray | Float32Array) -> FloatArray:
     values = context(np.asarray(features, dtype=np.float64), WINDOW)
     values[:, features.shape[1] :] *= SPREAD_WEIGHT
     return values
+
+
+def whole_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
+    """First frame and last frame + 1 of each occurrence with what leads to it and follows it.
+
+    Each begins and ends at rest, or where the body is calmest within ``REST_WITHIN`` frames; those
+    that follow one another closely meet in between.
+
+    >>> track = np.zeros((90, 6)); track[:, 0] = 0.9
+    >>> track[30:40, 0], track[40:50, 0:6] = 0.7, 1.1  # a crouch, then a flight
+    >>> whole_occurrences(track, "jump")
+    [(25, 55)]
+    """
+    found = find_occurrences(track, word)
+    if not found:
+        return []
+    meeting = [(one[1] + after[0]) // 2 for one, after in pairwise(found)]
+    unrest = np.zeros(0) if word == "punch" else _unrest(track, word)
+    whole = []
+    for n, (start, end) in enumerate(found):
+        low = max(start - REST_WITHIN, meeting[n - 1] if n else 0)
+        high = min(end + REST_WITHIN, meeting[n] if n < len(meeting) else len(track))
+        if word == "punch":
+            whole.append((max(start - AROUND, low), min(end + AROUND, high)))
+        else:
+            first = start - _until_rest(unrest[low:start][::-1])
+            whole.append((max(first, low), min(end + _until_rest(unrest[end:high]), high)))
+    return whole
+
+
+def _until_rest(unrest: FloatArray) -> int:
+    """Frames until the body is at rest, with ``LEAD`` frames of it; until it is calmest, if never.
+
+    >>> _until_rest(np.array([3.0, 2.0, 0.5, 0.0, 0.0])), _until_rest(np.array([3.0, 2.0, 4.0]))
+    (6, 2)
+    """
+    if not len(unrest):
+        return 0
+    calm = np.flatnonzero(unrest <= 1.0)
+    return int(calm[0]) + 1 + LEAD if len(calm) else int(np.argmin(unrest)) + 1
+
+
+def _unrest(track: FloatArray, word: str) -> FloatArray:
+    """How far from rest a body is: array (frames,), up to 1 at rest."""
+    from scipy.ndimage import median_filter
+
+    heights = track[:, 0]
+    feet = track[:, 4:6].max(axis=1) if word == "kick" else track[:, 4:6].min(axis=1)
+    parts = [np.abs(np.gradient(heights)) * MOTION_FPS / SINKING, feet / MAX_HEIGHT]
+    if word in (*OVER, *LEANS):
+        parts.append(track[:, 14] / (RETURNED * LEANS.get(word, INVERTED)))
+    elif word in LOW:
+        parts.append((np.quantile(heights, UPRIGHT) - heights) / (RETURNED * LOW[word]))
+    elif word in FLIGHTS:
+        sagged = median_filter(heights, size=2 * LASTING - 1, mode="nearest") - heights
+        parts.append(sagged / SAGGED)
+    return np.asarray(np.max(parts, axis=0))

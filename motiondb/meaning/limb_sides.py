@@ -30,7 +30,7 @@ PUNCHES = frozenset(("punch", "jab", "uppercut", "box", "hit", "thrust"))
 _HOLDING_TEXT = "stand hop balance land lean rest support hang hold kneel"
 HOLDING = frozenset(_HOLDING_TEXT.split())
 """Actions whose limb is the one that rests: who hops on the left leg may move the other."""
-_ON_ONE_LEG = frozenset(("hop", "stand", "balance", "spin", "rotate", "pirouette"))
+_ON_ONE_LEG = frozenset(("hop", "stand", "balance", "spin", "rotate", "pirouette", "land"))
 _RAISES = frozenset(("raise", "lift", "up", "overhead"))
 LOWERS = frozenset(("lower", "drop", "down", "put", "bring"))
 PLAIN = frozenset(("hold", "put", "keep", "stretch", "throw", "stick"))
@@ -48,13 +48,18 @@ _PLACES_TEXT = {
 }
 _PLACE_OF = {word: place for place, text in _PLACES_TEXT.items() for word in text.split()}
 _OF_TWO = ("hip", "knee", "foot", "shoulder")  # Places of which there are a left and a right one
-HAND_PLACES = (*(p for p in _PLACES_TEXT if p not in _OF_TWO), *map(" ".join, product(("left", "right"), _OF_TWO)))
+HAND_PLACES = (
+    *(p for p in _PLACES_TEXT if p not in _OF_TWO),
+    *map(" ".join, product(("left", "right"), _OF_TWO)),
+)
 """Where a hand is measured to be: a bit of :func:`places_of_hands` each, twice."""
 PLACES_ASKED = (*HAND_PLACES, *_OF_TWO)
 _TOUCHES = frozenset(("touch", "scratch", "rub", "cover", "pat", "tap", "clutch", "feel"))
 """Verbs whose hand need not be said."""
 _HANDS = frozenset(("hand", "fist", "palm", "finger", "arm", "wrist"))
-_BESIDE = frozenset(("rest", "place", "lay", "bring", "raise", "lift", "lean", "behind", "on", "up"))
+_BESIDE = frozenset(
+    ("rest", "place", "lay", "bring", "raise", "lift", "lean", "behind", "on", "up")
+)
 PALM, FACE = 0.09, 0.06  # Metres from the wrist to the palm, and from the joint of the head up
 BENT = 0.9  # Most share of an arm's length from shoulder to wrist, of a hand at the hip or the back
 _NEAR = {
@@ -138,8 +143,8 @@ def hand_at(words: Sequence[str]) -> tuple[str, str] | None:
     (('both', 'hip'), ('right', 'left knee'))
     >>> hand_at(("hand", "behind", "back")), hand_at(("arm", "cross")), hand_at(("touch", "toe"))
     (('any', 'back'), ('any', 'other elbow'), ('any', 'foot'))
-    >>> hand_at(("wave", "hand", "head")), hand_at(("touch", "foot", "ground")), hand_at(("hand", "back"))
-    (None, None, None)
+    >>> hand_at(("wave", "hand", "head")), hand_at(("touch", "foot", "ground"))
+    (None, None)
     """
     hands, named = _HANDS.intersection(words), [word for word in words if word in _PLACE_OF]
     if len(named) != 1 or not (hands or _TOUCHES.intersection(words)):
@@ -164,7 +169,7 @@ def places_of_hands(positions: FloatArray, facing: FloatArray) -> FloatArray:
     ahead = np.column_stack([np.sin(facing), np.zeros(len(facing)), np.cos(facing)])
     face = at["head"] + FACE * rotation.normalize(at["head"] - at["neck"])
     bits = np.zeros(len(positions))
-    for hand, (side, other) in enumerate(("lr", "rl")):
+    for hand, (side, other) in enumerate((("l", "r"), ("r", "l"))):
         wrist, elbow, shoulder = (at[f"{side}_{joint}"] for joint in ("wrist", "elbow", "shoulder"))
         palm = wrist + PALM * rotation.normalize(wrist - elbow)
         length = np.linalg.norm(wrist - elbow, axis=1) + np.linalg.norm(elbow - shoulder, axis=1)
@@ -187,7 +192,10 @@ def places_of_hands(positions: FloatArray, facing: FloatArray) -> FloatArray:
             away[f"{name} foot"] = ends[nearer, np.arange(len(palm))]
             away[f"{name} shoulder"] = palm - at[f"{of}_shoulder"]
         for n, place in enumerate(HAND_PLACES):
-            is_near = np.linalg.norm(away[place], axis=1) < _NEAR[place.removeprefix("left ").removeprefix("right ")]
+            is_near = (
+                np.linalg.norm(away[place], axis=1)
+                < _NEAR[place.removeprefix("left ").removeprefix("right ")]
+            )
             bits += is_near * 2.0 ** (n + hand * len(HAND_PLACES))
     return bits
 

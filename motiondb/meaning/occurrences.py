@@ -33,12 +33,10 @@ kneel               a time of at least 0.5 s in which a knee is on the ground, a
 stand still         a time of at least 0.5 s of standing in which neither pelvis nor limbs move
 hand at             a time of at least 0.3 s in which a hand, or both, is at a part of the body, at
                     the floor or at the other hand: "at left hip" is the left hand at a hip
+land                the end of a flight: "land left" is on the left foot alone for 0.2 s
 on one leg          a time of at least 1 s of standing in which a foot is 0.15 m above the other;
                     "on left leg": the right one is above
 ==================  =============================================================================
-
-An occurrence is *whole* with what leads to it and what follows it, such as the crouch before a
-flight and after the landing: from a frame of rest to the next one (:func:`whole_occurrences`).
 
 So raised knees, arabesques, climbing, and legs in the air of somebody who is upside down are no
 kicks, and a kick is no jump. Feet that are up at the same time kick once. Hands that go out
@@ -52,7 +50,6 @@ another side in none, and in one of 112 that walk and run.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -117,18 +114,19 @@ which somebody moves: who stands sways more slowly."""
 TURN_SPEED, SPIN_SPEED, TURNED = 0.8, 2.0, 0.7  # rad/s, rad/s, rad
 COUNTED = (*FLIGHTS, "kick", "punch", *sorted(OVER), *LEANS, *LOW)
 """Words whose occurrences are counted in a motion that is made or judged."""
-POSED = frozenset(("raise", "overhead", "lower", "lie", "kneel", "on", "still", "at"))
+POSED = frozenset(("raise", "overhead", "lower", "lie", "kneel", "on", "still", "at", "land"))
 """First words of postures, and of a change between them, that are measured where captions do not
 say them."""
 _HANDS = ("", " left", " right", " both")
 EVERY_POSTURE = (
     *(f"{what}{side}" for what in ("raise", "overhead", "lower") for side in _HANDS),
     *(f"on {side} leg" for side in ("left", "right", "one")),
+    *(f"land{side}" for side in (*_HANDS, " one")),
     *(f"at {side} {place}" for side in ("any", "left", "right", "both") for place in PLACES_ASKED),
     *("lie", "kneel", "still", "stand", "sit"),
 )
 """The postures of ``POSED`` with their sides, and those in which something else is done."""
-HELD = frozenset(("handstand", "sit", *POSED)) - {"lower"}
+HELD = frozenset(("handstand", "sit", *POSED)) - {"lower", "land"}
 """Events that last for as long as a posture is held, or their first words."""
 RAISED, ABOVE_HEAD = -0.05, 0.1
 """Height of a wrist above its shoulder, and above the joint of the head, m, of a raised hand."""
@@ -151,18 +149,12 @@ _WITH_POSTURE = {
     "on": _WITH_LEGS,
     "still": frozenset(("stand", "still")),
     "kneel": frozenset(("kneel", "down", "knee", "floor", "ground", SINGLE)),
+    "land": _WITH_LEGS | {"land", "down", "floor", "ground"},
     "lie": frozenset(("lie", "down", "still", "floor", "ground")),
 }
 """Words beside which a posture is asked for, and nothing else."""
 STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT  # Height of the pelvis in standing, m
 PAUSE = 3  # Frames (0.1 s) up to which a break does not end an occurrence
-UPRIGHT = 0.9  # Quantile of the heights of the pelvis that is taken for standing
-REST_WITHIN = 45  # Frames (1.5 s) before and after an occurrence in which the body comes to rest
-LEAD = 3  # Frames (0.1 s) of the rest that belong to a whole occurrence
-SINKING, SAGGED, RETURNED = 0.15, 0.05, 0.25
-"""Speed of the pelvis up or down, m/s, height that it lost, m, and share of an excursion, up to
-which a body is at rest."""
-AROUND = 24  # Frames (0.8 s) before and after a punch: arms are at rest where feet may not be
 _I = body.INDEX
 _HIPS = (_I["l_hip"], _I["r_hip"])
 _KNEES = (_I["l_knee"], _I["r_knee"])
@@ -252,8 +244,11 @@ def _posture(words: Sequence[str]) -> str:
         return f"{'overhead' if 'overhead' in words else 'raise'} {raised}".strip()
     if lowered is not None:
         return f"lower {lowered}".strip()
+    held = limb_held(words)
+    if "land" in words:
+        both = "both" if "both" in words else ""
+        return f"land {as_said(held[0]) if held else both}".strip()
     if "stand" in words or "balance" in words:
-        held = limb_held(words)
         return f"on {as_said(held[0])} leg" if held else "still" if "still" in words else ""
     return next((word for word in words if word in ("lie", "kneel")), "")
 
@@ -266,6 +261,7 @@ def say_posture(posture: str) -> str:
     """
     what, _, side = posture.partition(" ")
     side, _, place = side.partition(" ") if what == "at" else (side, "", "")
+    foot = "one foot" if side == "one" else f"the {side} foot"
     hands = {"": "a hand", "any": "a hand", "both": "both hands"}.get(side, f"the {side} hand")
     said = {
         "at": {
@@ -274,13 +270,14 @@ def say_posture(posture: str) -> str:
             "back": f"hold {hands} behind the back",
             "floor": f"touch the floor with {hands}",
         }.get(place, f"hold {hands} at the {place}"),
+        "land": "land on both feet" if side == "both" else f"land on {foot} alone",
         "on": f"stand on {'one leg' if side == 'one leg' else f'the {side}'} alone",
         "raise": f"raise {hands}",
         "overhead": f"hold {hands} overhead",
         "lower": f"lower {hands}",
         "still": "stand still",
     }
-    return said.get(what, what)
+    return posture if posture == "land" else said.get(what, what)
 
 
 def is_held(event: str) -> bool:
@@ -305,7 +302,7 @@ def is_posture_alone(action: Sequence[str]) -> bool:
     (True, False)
     """
     what = posture_of(action).split(" ")[0]
-    return what == "at" or bool(what) and _WITH_POSTURE[what].issuperset(action)
+    return what == "at" or (bool(what) and _WITH_POSTURE[what].issuperset(action))
 
 
 def _speeds(places: FloatArray) -> FloatArray:
@@ -373,8 +370,8 @@ def _stops(track: FloatArray) -> list[tuple[int, int]]:
 def _postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:
     """The times in which somebody sits, or holds a posture of ``POSED`` with its side."""
     what, _, side = posture.partition(" ")
-    if what == "lower":
-        return _lowered(track, side)
+    if what in ("lower", "land"):
+        return (_lowered if what == "lower" else _landings)(track, side)
     shortest = SHORTEST_LEAN
     if what in ("raise", "overhead"):
         up = track[:, 22:24] > RAISED if what == "raise" else track[:, 24:26] > ABOVE_HEAD
@@ -401,6 +398,20 @@ def _postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:
             over = {"left leg": over, "right leg": -over}.get(side, np.abs(over))
             held = (over > FOOT_UP) & standing(track) & rests
     return [(a, b) for a, b in _runs(np.asarray(held)) if b - a >= shortest]
+
+
+def _landings(track: FloatArray, side: str) -> list[tuple[int, int]]:
+    """The times in which a flight ends, on the foot of a side alone, on one, both or any."""
+    down, found = track[:, 4:6] <= MAX_HEIGHT, list[tuple[int, int]]()
+    for start, end in find_occurrences(track, "jump"):
+        flying = np.flatnonzero(~down[start : end + NEAR_GROUND].any(axis=1))
+        first = start + int(flying[-1]) + 1 if len(flying) else end
+        after = down[first : first + NEAR_GROUND]
+        left, right = after.mean(axis=0) > 0.5 if len(after) else (False, False)
+        of_side = {"left": left > right, "right": right > left, "one": left != right}
+        if of_side.get(side, left and right if side == "both" else left or right):
+            found.append((first - PAUSE, min(first + NEAR_GROUND, len(track))))
+    return found
 
 
 def _lowered(track: FloatArray, side: str) -> list[tuple[int, int]]:
@@ -469,63 +480,6 @@ def _turns(speeds: FloatArray, least_speed: float, least: float) -> list[tuple[i
     """
     times = [run for sign in (1.0, -1.0) for run in _runs(sign * speeds > least_speed)]
     return sorted((a, b) for a, b in times if abs(speeds[a:b].sum()) >= least * MOTION_FPS)
-
-
-def whole_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
-    """First frame and last frame + 1 of each occurrence with what leads to it and follows it.
-
-    Each begins and ends at rest, or where the body is calmest within ``REST_WITHIN`` frames; those
-    that follow one another closely meet in between.
-
-    >>> track = np.zeros((90, 6)); track[:, 0] = 0.9
-    >>> track[30:40, 0], track[40:50, 0:6] = 0.7, 1.1  # a crouch, then a flight
-    >>> whole_occurrences(track, "jump")
-    [(25, 55)]
-    """
-    found = find_occurrences(track, word)
-    if not found:
-        return []
-    meeting = [(one[1] + after[0]) // 2 for one, after in pairwise(found)]
-    unrest = np.zeros(0) if word == "punch" else _unrest(track, word)
-    whole = []
-    for n, (start, end) in enumerate(found):
-        low = max(start - REST_WITHIN, meeting[n - 1] if n else 0)
-        high = min(end + REST_WITHIN, meeting[n] if n < len(meeting) else len(track))
-        if word == "punch":
-            whole.append((max(start - AROUND, low), min(end + AROUND, high)))
-        else:
-            first = start - _until_rest(unrest[low:start][::-1])
-            whole.append((max(first, low), min(end + _until_rest(unrest[end:high]), high)))
-    return whole
-
-
-def _until_rest(unrest: FloatArray) -> int:
-    """Frames until the body is at rest, with ``LEAD`` frames of it; until it is calmest, if never.
-
-    >>> _until_rest(np.array([3.0, 2.0, 0.5, 0.0, 0.0])), _until_rest(np.array([3.0, 2.0, 4.0]))
-    (6, 2)
-    """
-    if not len(unrest):
-        return 0
-    calm = np.flatnonzero(unrest <= 1.0)
-    return int(calm[0]) + 1 + LEAD if len(calm) else int(np.argmin(unrest)) + 1
-
-
-def _unrest(track: FloatArray, word: str) -> FloatArray:
-    """How far from rest a body is: array (frames,), up to 1 at rest."""
-    from scipy.ndimage import median_filter
-
-    heights = track[:, 0]
-    feet = track[:, 4:6].max(axis=1) if word == "kick" else track[:, 4:6].min(axis=1)
-    parts = [np.abs(np.gradient(heights)) * MOTION_FPS / SINKING, feet / MAX_HEIGHT]
-    if word in (*OVER, *LEANS):
-        parts.append(track[:, 14] / (RETURNED * LEANS.get(word, INVERTED)))
-    elif word in LOW:
-        parts.append((np.quantile(heights, UPRIGHT) - heights) / (RETURNED * LOW[word]))
-    elif word in FLIGHTS:
-        sagged = median_filter(heights, size=2 * LASTING - 1, mode="nearest") - heights
-        parts.append(sagged / SAGGED)
-    return np.asarray(np.max(parts, axis=0))
 
 
 def aloft(track: FloatArray) -> NDArray[np.bool_]:

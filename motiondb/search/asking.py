@@ -46,7 +46,13 @@ from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, TRAVELS
 from motiondb.learn.learned import Learned
 from motiondb.meaning.degrees import SPEEDS, Degree, degree_of
 from motiondb.meaning.direction import vertical_ways
-from motiondb.meaning.limb_sides import arm_lowered, arm_raised, hand_at, limb_held, limbs_to_measure
+from motiondb.meaning.limb_sides import (
+    arm_lowered,
+    arm_raised,
+    hand_at,
+    limb_held,
+    limbs_to_measure,
+)
 from motiondb.meaning.occurrences import (
     COUNTED,
     OF_POSTURES,
@@ -329,9 +335,7 @@ def without_degree(question: KnownQuestion, degree: Degree) -> KnownQuestion:
 
     def plain(action: Action) -> Action:
         words = tuple(word for word in action.words if word not in degree.words)
-        return (
-            Action(words, () if degree.measure in SPEEDS else action.manner) if words else action
-        )
+        return Action(words, () if degree.measure in SPEEDS else action.manner) if words else action
 
     return replace(question, tree=map_actions(question.tree, plain))
 

@@ -272,7 +272,9 @@ def _found(
     events = seen.events(event)
     if event == "hop" and not events and not is_repeated(part):
         events = seen.events("jump")  # on which foot is not always seen
-    if is_posture:
+    if event.startswith("land"):
+        high = min(high, low + AT_ONCE) if low else high  # that of the jump before it
+    elif is_posture:
         return held_inside(events, low, high)
     return [time for time in events if low <= sum(time) / 2 < high]
 

@@ -180,12 +180,16 @@ def say_chance(probability: float) -> str:
     return f"{int(probability * 10.0 + 1e-6) / 10.0:.1f}"
 
 
+_NOT_NEAR = frozenset(("drunk", "drunken"))  # Who is drunk walks so, and does not drink
+
+
 def take_word(word: str, known: Collection[str], table: NearbyTable) -> Taking:
     """The known words that may replace a word: the table's entry of its lemma, or its own."""
     if word.lower() in known:  # another word of the same form: "lay" is the past of "lie"
         word = lemma(word)
     forms = list(dict.fromkeys((lemma(word), word.lower())))
     entry = next(filter(None, map(table.entry, forms)), ())
+    entry = () if word in _NOT_NEAR else entry
     parts = {form.removesuffix(end) for form in forms for end in ("up", "down", "off", "over")}
     chances = [pair for pair in entry if pair[0] in known and pair[0] not in parts]
     ordered = sorted(chances, key=lambda pair: (-pair[1], pair[0]))
@@ -321,7 +325,7 @@ class Sentence:
             )
         )
 
-    def _is_said(self, words: Sequence[str], of_postures: Collection[str]) -> bool:
+    def _is_said(self, words: Sequence[str], of_postures: frozenset[str]) -> bool:
         """Whether captions say the posture of an action: of a hand at a place, all its words."""
         if not posture_of(words).startswith("at "):
             return not of_postures.isdisjoint(words)

@@ -6,11 +6,11 @@ import pytest
 from motiondb.body import body, rotation
 from motiondb.meaning import direction
 from motiondb.meaning.direction import furthest_part, gone
+from motiondb.meaning.extents import whole_occurrences
 from motiondb.meaning.occurrences import (
     COUNTED,
     find_occurrences,
     measured_track,
-    whole_occurrences,
 )
 from motiondb.records import FloatArray, Motion
 

@@ -163,7 +163,7 @@ def together(left: Node, right: Node) -> Node:
 _ENDS = {
     "up": ("stand", "get", "rise"),
     "down": ("sit", "get", "put", "bring"),
-    "": ("stop", "fall"),
+    "": ("stop", "fall", "land"),
 }
 """Verbs that, with the way beside them, end one posture and begin another."""
 

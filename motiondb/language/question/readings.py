@@ -61,6 +61,7 @@ from motiondb.language.vocabulary import (
     say_perhaps,
 )
 
+_PLACES = MODIFIERS | {"floor", "ground", "wall", "air", "room"}
 MOST_READINGS = 64  # Largest number of readings of a question: each is searched in every capture
 MOST_PARTS = 128  # Largest number of parts of a reading, counting repeats
 
@@ -369,7 +370,8 @@ def hold_to_known(
 ) -> KnownQuestion:
     """Remove the words that no caption has from a question, and list them.
 
-    Of one action among others, a direction alone is not left: of "then puts it back", not "back".
+    Of one action among others, a direction or a place alone is not left: of "then puts it back",
+    not "back", and of "looks at the ground", not "ground".
     `seen`: Actions that stay as they are, since they are measured.
 
     >>> from motiondb.language.question.parse import parse
@@ -388,7 +390,7 @@ def hold_to_known(
         for word in action.words:
             if word not in counts and word not in unknown:
                 unknown[word] = nearest_words(word, counts)
-        is_lost = not MODIFIERS.issuperset(action.words) and MODIFIERS.issuperset(words)
+        is_lost = not MODIFIERS.issuperset(action.words) and _PLACES.issuperset(words)
         if is_lost and action is not question.tree:
             not_used.extend(NotUsed(word, "its action is not known") for word in words)
             words = ()

@@ -279,6 +279,9 @@ def _uncount_steps(tokens: list[Token]) -> list[Token]:
     resolved: list[Token] = []
     for token in tokens:
         said = [t for t in reversed(resolved) if t.kind not in (*_AMOUNTS, "measure")]
+        if token.what == "steps" and resolved and resolved[-1].words in (("up",), ("down",)):
+            resolved += [replace(token, kind="number"), Token("word", "steps", ("step",))]
+            continue  # those of stairs
         if token.what == "steps":
             since = takewhile(lambda t: t.kind not in _SEPARATORS, said)
             is_said = any((_MEASURED_IN_STEPS | {"step"}).intersection(t.words) for t in since)
