@@ -262,7 +262,10 @@ def understand(
         without_words_apart(asked, read, sentence.verbs, sentence.phrases),
         known,
         plain_actions(known.tree)[0],
-        hinted((*known.not_used, *not_searched), hints),
+        tuple(
+            replace(part, text=sentence.forms.get(part.text, part.text))
+            for part in hinted((*known.not_used, *not_searched), hints)
+        ),
         takings,
         readings=read,
         only=only,

@@ -441,8 +441,10 @@ def write_otherwise(
 
     `find` returns further known words. It is called only if a word of the question is not known.
     """
+    sentence, light = _without_light_heads(sentence)
     if sentence.known.issuperset(sentence.forms):
-        return _joined(sentence)
+        joined, same = _joined(sentence)
+        return joined, {**light, **same}
     learned, known = sentence.learned, sentence.known.union(find())
 
     def together(words: Sequence[str | None]) -> bool:
@@ -453,10 +455,33 @@ def write_otherwise(
         sentence.text, known, learned.synonyms, learned.lemmas, together
     )
     if not phrases:
-        return sentence, {}
-    same = {word: Taking(word, ((phrase, 1.0),), is_same=True) for word, phrase in phrases.items()}
+        return sentence, light
+    same = light | {word: Taking(word, ((phrase, 1.0),), is_same=True) for word, phrase in phrases.items()}
     lemmas = [words_of(phrase, learned.synonyms, learned.lemmas) for phrase in phrases.values()]
-    return Sentence(learned, changed, tuple(map(tuple, lemmas))), same
+    done, more = _without_light_heads(Sentence(learned, changed, tuple(map(tuple, lemmas))))
+    return done, {**same, **more}
+
+
+def _without_light_heads(sentence: Sentence) -> tuple[Sentence, dict[str, Taking]]:
+    """A question without nouns that say no more than the action before them ("salsa steps")."""
+    learned, text, same = sentence.learned, sentence.text, dict[str, Taking]()
+    for first, second in pairwise(forms_of(text)):
+        word, head = (lemma(form, learned.lemmas) for form in (first, second))
+        is_light = head in _LIGHT_HEADS and word in sentence.known - MODIFIERS - _LIGHT_HEADS
+        numbers = {learned.word_numbers.get(one, -1) for one in (word, head)}
+        if not is_light or (word, head) == ("box", "step") or _say_together(learned, numbers):
+            continue
+        changed = re.sub(rf"\b({first})[ -]{second}\b", r"\1", text, flags=re.IGNORECASE)
+        if changed != text:
+            same[f"{first} {second}"] = Taking(f"{first} {second}", ((word, 1.0),), is_same=True)
+        text = changed
+    return (replace(sentence, text=text), same) if same else (sentence, same)
+
+
+_LIGHT_HEADS = frozenset(
+    """step move position pose routine technique exercise session practice performance style activity
+    """.split()
+)
 
 
 def _say_together(learned: Learned, numbers: set[int]) -> bool:
