@@ -183,6 +183,21 @@ _MANNERS = (
         rf"(on|at|behind|against|over|together|crossed|folded)\b",
         r"while holding \1 \2",
     ),
+    (r"(?:a\s+)?u-turns?|(?:an?\s+)?about[\s-](?:face|turn)s?", "turn 180 degrees"),
+    (
+        r"((?:start|begin)(?:s|ning|ing|ed)?\s+)?((?:to\s+)?[^\W\d_]+(?:\s+[^\W\d_]+ly)?)\s+(?:out\s+)?from\s+"
+        r"(?:an?\s+)?(?:standstill|standing(?:\s+(?:position|still|start))?|rest(?=\W|$))(?!\s+(?:in)?to\b)",
+        r"standing still, then \2",
+    ),
+    (
+        r"with\s+(?:both\s+|(?:his|her|their|the)\s+)*arms\s+"
+        r"(?:(?:held|stretched|extended|spread)\s+(?:out\s*)?|out\b\s*)(?:wide|straight)?\s*"
+        r"(?:to\s+(?:the|both|each|his|her|their)\s+sides?|sideways|wide|like\s+wings)?",
+        "while raising both arms ",
+    ),
+    (r"with\s+(?:high|raised|lifted)\s+knees", "while raising the knees"),
+    (r"thumbs?[\s-]up", "thumbsup"),
+    (r"high[\s-](?:five|5)s?", "highfive"),
     *(
         (
             rf"(?:vertical\s+)?standing\s+{kind}(?:jump|leap|hop)(s?)",
@@ -230,7 +245,7 @@ _FROM_TO = re.compile(
 _NAMED = r"(?:[^\W\d_]+ing|(?:(?<=\ba\s)|(?<=\ban\s))[^\W\d_]+)"  # "sitting", "a squat"
 _FROM_ONE = re.compile(
     r"\b(?:(?:goes|going|go|went|gets?|getting|got|mov(?:es?|ing|ed)|chang(?:es?|ing|ed)"
-    r"|transition(?:s|ing|ed)?|switch(?:es|ing|ed)?)\s+)?from\s+(?:an?\s+)?"
+    r"|(?:ac|de)celerat(?:es?|ing|ed)|(?:speed|slow)(?:s|ing|ed)?\s+(?:up|down)|transition(?:s|ing|ed)?|switch(?:es|ing|ed)?)\s+)?from\s+(?:an?\s+)?"
     rf"({_NAMED})((?:\s+(?!(?:in)?to\b)[^\W\d_]+){{0,5}})\s+(?:in)?to\s+(?:an?\s+)?({_NAMED})\b",
     re.IGNORECASE,
 )

@@ -17,6 +17,8 @@ speed    travelling (``TRAVELS``), not of jumps: the    fast, quick, rapid, bris
          mean over its fastest second, m/s
 height   jumps: the rise of the pelvis in a flight, m   high; low
 way      jumps: the way over the ground in a flight, m  far, long, broad; short
+limbs    any other action: the speed of hands and feet  fast, quick, rapid, brisk; slow
+         relative to the pelvis, the mean over all, m/s
 time     travelling: how long the interval lasts, s     long; short
 step     "steps", "strides": the way over the ground    long; short, tiny
          from one step to the next, in the mean, m
@@ -35,7 +37,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from motiondb.language.question import amounts
-from motiondb.language.vocabulary import TRAVELS
+from motiondb.language.vocabulary import MODIFIERS, TRAVELS
 from motiondb.meaning.limb_sides import PUNCHES
 from motiondb.meaning.occurrences import (
     BEGINNING,
@@ -49,7 +51,7 @@ from motiondb.meaning.occurrences import (
 from motiondb.meaning.travelled import STEADY, TURNS, means_of
 from motiondb.records import MOTION_FPS, FloatArray
 
-SPEEDS = ("speed", "hand", "foot", "turning")  # Measures of how fast
+SPEEDS = ("speed", "hand", "foot", "turning", "limbs")  # Measures of how fast
 _SLOW, _FAST = amounts.SPEEDS
 _HALF_SECOND = round(0.5 * MOTION_FPS)
 
@@ -85,6 +87,7 @@ _LASTING = frozenset(("long", "short"))
 _UNITS = {
     **{"time": "s", "speed": "m/s", "height": "m up"},
     **{"way": "m along the ground", "step": "m a step", "hand": "m/s of a hand"},
+    "limbs": "m/s of hands and feet",
     **{"foot": "m/s of a foot", "raised": "m up of a foot", "turning": "degrees/s"},
     **{"depth": "m lower", "leaning": "degrees of leaning"},
 }
@@ -123,6 +126,8 @@ class Degree:
             steps = count_steps(track[first:behind])
             way = np.hypot(*track[first:behind, 1:3].T).sum() / MOTION_FPS
             return float(way / steps) if steps > 1 else float("nan")
+        if self.measure == "limbs":
+            return float(inside[:, [7, 9, 10, 11]].mean())
         times = [t for t in find_occurrences(track, self.event) if t[0] < behind and t[1] > first]
         return max((self._of_event(track, *time) for time in times), default=float("nan"))
 
@@ -172,8 +177,8 @@ def degree_of(words: Sequence[str]) -> Degree | None:
     (1.0, 'way')
     >>> degree_of(("punch", "slow")).measure, degree_of(("kick", "high")).event
     ('hand', 'kick')
-    >>> degree_of(("wave", "slow")), degree_of(("turn", "deep"))
-    (None, None)
+    >>> degree_of(("wave", "slow")).measure, degree_of(("turn", "deep"))
+    ('limbs', None)
     >>> degree_of(("run", "long")).measure, degree_of(("walk", "long", "stride")).measure
     ('time', 'step')
     """
@@ -181,7 +186,9 @@ def degree_of(words: Sequence[str]) -> Degree | None:
     by_speed = not {*_FAST, *_SLOW}.isdisjoint(words)  # by which "a fast walk with long steps" goes
     travel = _OF_TRAVEL | _OF_STEPS if steps and not by_speed else _OF_TRAVEL
     others = [table for actions, table in _OF_OTHERS if not actions.isdisjoint(words)]
-    table = (others or [{}])[0] if TRAVELS.isdisjoint(words) else travel
+    acts = not {*words} - MODIFIERS - {*_FAST, *_SLOW} <= {"step", "stride"}
+    others = others or [_speeds_as("limbs") if acts else {}]
+    table = others[0] if TRAVELS.isdisjoint(words) else travel
     table = _OF_JUMPS if jumps else table
     named = {word for word in words if word in table}
     if not jumps and ((steps and by_speed) or not {*words} - named <= TRAVELS):

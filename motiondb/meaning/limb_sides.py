@@ -120,6 +120,24 @@ def arm_raised(words: Sequence[str]) -> str | None:
     return _side_of(words, arms)
 
 
+def leg_raised(words: Sequence[str]) -> str | None:
+    """The side, as of :func:`arm_raised`, of an action that raises a knee or a leg.
+
+    >>> leg_raised(("raise", "left", "knee")), leg_raised(("knee", "up", "high"))
+    ('left', '')
+    >>> leg_raised(("kick", "leg", "up")), leg_raised(("stand", "up", "leg"))
+    (None, None)
+    """
+    legs = {"knee", "thigh", "leg"}.intersection(words)
+    if (
+        _RAISES.isdisjoint(words)
+        or not legs
+        or {*words} - _RAISES - PLAIN - SIDES - legs - {"high"}
+    ):
+        return None
+    return _side_of(words, legs)
+
+
 def arm_lowered(words: Sequence[str]) -> str | None:
     """The side, as of :func:`arm_raised`, of an action that lowers an arm or a hand.
 
@@ -214,8 +232,8 @@ def hands_are_at(bits: FloatArray, side: str, place: str) -> NDArray[np.bool_]:
 
 
 def _arms_of(words: Sequence[str]) -> set[str]:
-    """The words of an action for an arm, or a part of one."""
-    return {word for word in words if word in LIMBS and word not in LEGS}
+    """The words of an action for an arm, or a part of one that goes up and down with it."""
+    return {word for word in words if word in LIMBS and word not in LEGS | {"thumb", "finger"}}
 
 
 def _side_of(words: Sequence[str], limbs: Collection[str]) -> str:

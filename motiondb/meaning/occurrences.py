@@ -33,6 +33,8 @@ kneel               a time of at least 0.5 s in which a knee is on the ground, a
 stand still         a time of at least 0.5 s of standing in which neither pelvis nor limbs move
 hand at             a time of at least 0.3 s in which a hand, or both, is at a part of the body, at
                     the floor or at the other hand: "at left hip" is the left hand at a hip
+lift                a time of at least 0.3 s in which a thigh is level, or a foot 0.3 m above the
+                    other, the trunk upright and the other thigh not level: "raise the knee"
 land                the end of a flight: "land left" is on the left foot alone for 0.2 s
 on one leg          a time of at least 1 s of standing in which a foot is 0.15 m above the other;
                     "on left leg": the right one is above
@@ -69,6 +71,7 @@ from motiondb.meaning.limb_sides import (
     arm_raised,
     hand_at,
     hands_are_at,
+    leg_raised,
     limb_held,
     outward_speeds,
     places_of_hands,
@@ -114,7 +117,9 @@ which somebody moves: who stands sways more slowly."""
 TURN_SPEED, SPIN_SPEED, TURNED = 0.8, 2.0, 0.7  # rad/s, rad/s, rad
 COUNTED = (*FLIGHTS, "kick", "punch", *sorted(OVER), *LEANS, *LOW)
 """Words whose occurrences are counted in a motion that is made or judged."""
-POSED = frozenset(("raise", "overhead", "lower", "lie", "kneel", "on", "still", "at", "land"))
+POSED = frozenset(
+    ("raise", "overhead", "lower", "lie", "kneel", "on", "still", "at", "land", "lift")
+)
 """First words of postures, and of a change between them, that are measured where captions do not
 say them."""
 _HANDS = ("", " left", " right", " both")
@@ -122,6 +127,7 @@ EVERY_POSTURE = (
     *(f"{what}{side}" for what in ("raise", "overhead", "lower") for side in _HANDS),
     *(f"on {side} leg" for side in ("left", "right", "one")),
     *(f"land{side}" for side in (*_HANDS, " one")),
+    *(f"lift{side}" for side in _HANDS[:3]),
     *(f"at {side} {place}" for side in ("any", "left", "right", "both") for place in PLACES_ASKED),
     *("lie", "kneel", "still", "stand", "sit"),
 )
@@ -134,6 +140,7 @@ HANGS, LOWERED_WITHIN, BEFORE_LOWERING = -0.25, 45, 15
 """Height of a wrist below its shoulder, m, of a hand that hangs down; frames in which it comes
 there, and frames (0.5 s) before."""
 STOPPED, STEP = 0.3, 15  # m/s; frames (0.5 s) over which speeds are averaged
+LIFTED = 0.3  # Height of a foot above the other one, m, of a raised leg
 LYING, KNEE_DOWN, FOOT_UP, RESTS = 1.2, 0.15, 0.15, 0.6
 """Angle of the trunk from upright of somebody who lies, rad; height of a knee that is on the
 ground, and of a foot above the one that is, m; speed over the ground of these postures, m/s."""
@@ -149,6 +156,7 @@ _WITH_POSTURE = {
     "on": _WITH_LEGS,
     "still": frozenset(("stand", "still")),
     "kneel": frozenset(("kneel", "down", "knee", "floor", "ground", SINGLE)),
+    "lift": _WITH_HANDS,
     "land": _WITH_LEGS | {"land", "down", "floor", "ground"},
     "lie": frozenset(("lie", "down", "still", "floor", "ground")),
 }
@@ -239,7 +247,9 @@ def _posture(words: Sequence[str]) -> str:
     held_at = hand_at(words)
     if held_at is not None:
         return f"at {held_at[0]} {held_at[1]}"
-    raised, lowered = arm_raised(words), arm_lowered(words)
+    raised, lowered, leg = arm_raised(words), arm_lowered(words), leg_raised(words)
+    if leg is not None:
+        return f"lift {leg}".strip().replace(" both", "")
     if raised is not None:
         return f"{'overhead' if 'overhead' in words else 'raise'} {raised}".strip()
     if lowered is not None:
@@ -273,6 +283,7 @@ def say_posture(posture: str) -> str:
         "land": "land on both feet" if side == "both" else f"land on {foot} alone",
         "on": f"stand on {'one leg' if side == 'one leg' else f'the {side}'} alone",
         "raise": f"raise {hands}",
+        "lift": f"raise {f'the {side}' if side else 'a'} knee",
         "overhead": f"hold {hands} overhead",
         "lower": f"lower {hands}",
         "still": "stand still",
@@ -377,6 +388,12 @@ def _postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:
         up = track[:, 22:24] > RAISED if what == "raise" else track[:, 24:26] > ABOVE_HEAD
         of_side = {"left": up[:, 0], "right": up[:, 1], "both": up.all(axis=1)}
         held = of_side.get(side, up.any(axis=1)) & (track[:, 14] < MOST_LEAN)
+    elif what == "lift":
+        over = track[:, 4:6] - track[:, 5:3:-1]  # of a foot over the other one
+        up = (track[:, 20:22] > SEATED) | (over > LIFTED)
+        alone = up & (track[:, 21:19:-1] < SEATED)
+        of_side = {"left": alone[:, 0], "right": alone[:, 1]}
+        held = of_side.get(side, alone.any(axis=1)) & (track[:, 14] < MOST_LEAN)
     elif what == "at":
         of, _, place = side.partition(" ")
         held = hands_are_at(track[:, 28], of, place)

@@ -50,6 +50,7 @@ from motiondb.meaning.limb_sides import (
     arm_lowered,
     arm_raised,
     hand_at,
+    leg_raised,
     limb_held,
     limbs_to_measure,
 )
@@ -71,7 +72,7 @@ from motiondb.search.asked_words import (
     without_words_apart,
     written_words_of,
 )
-from motiondb.search.measured_amounts import asks_amount
+from motiondb.search.measured_amounts import gauged_action
 from motiondb.search.said_together import LEAVING, STANDING, searched_together
 from motiondb.search.takings import (
     Sentence,
@@ -320,14 +321,16 @@ def at_place(action: Sequence[str]) -> bool:
 
 
 def _moves_hands(action: Sequence[str]) -> bool:
-    """Whether an action raises or lowers a hand, or holds it at a place, which is measured."""
-    return any(of(action) is not None for of in (arm_raised, arm_lowered, hand_at))
+    """Whether an action raises or lowers a limb, or holds a hand at a place, which is measured."""
+    return any(of(action) is not None for of in (arm_raised, arm_lowered, leg_raised, hand_at))
 
 
 def asked_degree(sentence: Sentence) -> Degree | None:
     """The degree of the only action of a question, also of one that lasts or is repeated."""
     action = core(sentence.parsed.tree)
     degree = None if action is None else degree_of(action.all_words)
+    if action is not None and degree is not None and degree.measure == "limbs":
+        degree = None if sentence.is_said(action.all_words) else degree  # "quick stop"
     if degree is None or not any(isinstance(n, Measured) for n in walk(sentence.parsed.tree)):
         return degree
     return replace(degree, sign=0.0)  # as much as is asked for, not as much as possible
@@ -358,7 +361,7 @@ def _measured_limits(
     limits: tuple[set[str], set[str]] = (set(), set())
     said = part.said or part.actions
     if part.measure is not None:
-        is_measured = asks_amount(part, actions_of_part(asked, part, only))
+        is_measured = bool(gauged_action(part, actions_of_part(asked, part, only)))
         limits[not is_measured].add(part.measure.say())
     if part.most is not None:
         limits[not is_counted(part)].add(say_count(0, part.most))
@@ -441,7 +444,7 @@ def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> b
         or any(
             is_repeated(part)
             or part.is_seen
-            or asks_amount(part, actions_of_part(asked, part, only))
+            or bool(gauged_action(part, actions_of_part(asked, part, only)))
             or any(lasts_going(part, action) for action in actions_of_part(asked, part, only))
             or any({*action} <= STANDING or is_posture_alone(action) for action in part.said)
             for part in reading.parts

@@ -12,18 +12,22 @@ from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.amounts import Measure
 from motiondb.language.question.readings import Part
 from motiondb.meaning.amounts import is_gauged, off, outside, say_amount
+from motiondb.meaning.travelled import turning
 from motiondb.search.placing import PartPlace, unsure
 from motiondb.search.seen_frames import SeenFrames
 
 
-def asks_amount(part: Part, actions: Sequence[Sequence[str]]) -> bool:
-    """Whether the measure that a part names is measured of its action.
+def gauged_action(part: Part, actions: Sequence[Sequence[str]]) -> Sequence[str]:
+    """The only action of a part that its measure is measured of, of angles the turn; () if none is.
 
-    >>> turn = Part((("turn", "left"),), measure=Measure("angle", 90, 90))
-    >>> asks_amount(turn, turn.actions), asks_amount(turn, [("wave",)])
-    (True, False)
+    >>> turn = Part((("turn", "left"), ("walk",)), measure=Measure("angle", 90, 90))
+    >>> gauged_action(turn, turn.actions), gauged_action(turn, [("wave",)])
+    (('turn', 'left'), ())
     """
-    return part.measure is not None and len(actions) == 1 and is_gauged(part.measure, actions[0])
+    measured = [a for a in actions if part.measure is not None and is_gauged(part.measure, a)]
+    if part.measure is not None and part.measure.what == "angle" and len(measured) > 1:
+        measured = [action for action in measured if turning(action)]
+    return measured[0] if len(measured) == 1 else ()
 
 
 def gauge(

@@ -73,7 +73,7 @@ from motiondb.search.asking import (
     lasts_going,
     measured_words,
 )
-from motiondb.search.measured_amounts import asks_amount, gauge
+from motiondb.search.measured_amounts import gauge, gauged_action
 from motiondb.search.measured_postures import (
     held_inside,
     held_meanwhile,
@@ -123,8 +123,9 @@ def compare_with_motion(
                 )
                 contradicted += against
                 unclear = unclear or is_unclear
-        if part.measure is not None and asks_amount(part, actions_of[k]):
-            places[k], against, told = gauge(seen, part.measure, actions_of[k][0], places[k], room)
+        gauging = gauged_action(part, actions_of[k])
+        if part.measure is not None and gauging:
+            places[k], against, told = gauge(seen, part.measure, gauging, places[k], room)
             contradicted, gauged = [*contradicted, *against], [*gauged, *told]
     for exclusion in (*reading.exclusions, *reading.unseen):
         for k in range(exclusion.first, exclusion.last):

@@ -329,6 +329,10 @@ class Sentence:
         """Whether captions say the posture of an action: of a hand at a place, all its words."""
         if not posture_of(words).startswith("at "):
             return not of_postures.isdisjoint(words)
+        return self.is_said(words)
+
+    def is_said(self, words: Sequence[str]) -> bool:
+        """Whether a caption says all of some words of one action."""
         return _say_together(self.learned, {self.learned.word_numbers.get(w, -1) for w in words})
 
     def in_known_words(self, added: Mapping[str, int], is_seen: bool = True) -> KnownQuestion:
@@ -456,7 +460,9 @@ def write_otherwise(
     )
     if not phrases:
         return sentence, light
-    same = light | {word: Taking(word, ((phrase, 1.0),), is_same=True) for word, phrase in phrases.items()}
+    same = light | {
+        word: Taking(word, ((phrase, 1.0),), is_same=True) for word, phrase in phrases.items()
+    }
     lemmas = [words_of(phrase, learned.synonyms, learned.lemmas) for phrase in phrases.values()]
     done, more = _without_light_heads(Sentence(learned, changed, tuple(map(tuple, lemmas))))
     return done, {**same, **more}
@@ -478,10 +484,8 @@ def _without_light_heads(sentence: Sentence) -> tuple[Sentence, dict[str, Taking
     return (replace(sentence, text=text), same) if same else (sentence, same)
 
 
-_LIGHT_HEADS = frozenset(
-    """step move position pose routine technique exercise session practice performance style activity
-    """.split()
-)
+_LIGHT_TEXT = "step move position pose routine technique exercise session practice style activity"
+_LIGHT_HEADS = frozenset(_LIGHT_TEXT.split())
 
 
 def _say_together(learned: Learned, numbers: set[int]) -> bool:

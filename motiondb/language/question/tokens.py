@@ -13,8 +13,8 @@ it; a bare "not" or "without" holds for the part before it alone.
     comma stop then while same or either and after before
     not         not, never, without, except, no, don't, neither, ...; ``nor``; ``but_not``
     count       twice, three times, 3x, two jumps
-    which when  subject 14, in the first 2 s, immediately after: told, and not used
-    soon
+    which when  subject 14, in the first 2 s, immediately after, by someone: told, and not used
+    soon whom
     duration    for ten seconds, at least 5 s
 """
 
@@ -72,6 +72,13 @@ _WORDS = (
         r"(?:immediately|directly|straight|just|shortly|soon|long"
         r"|(?:(?<=and\s)|(?<=,\s)|(?<=then\s)|(?<=down\s)|(?<=up\s)|^)right)"
         r"(?=\s+(?:after|before|afterwards?|thereafter)\b)",
+    ),
+    (
+        "whom",
+        r"by\s+(?:some(?:one|body)(?:\s+else)?|another(?:\s+(?:person|one|man|woman|player))?"
+        r"|(?:an?|the|his|her|their)\s+(?:opponent|partner|other(?:\s+(?:person|one|player))?))"
+        r"|(?:gets?|getting|got|is|are|was|were|being|been)"
+        r"(?=\s+(?:hit|pushed|thrown|kicked|punched|struck|shoved|pulled|knocked|tackled|dragged)\b)",
     ),
     ("only", r"only|exclusively|solely|nothing\s+but|nothing\s+else"),
     (
@@ -158,6 +165,7 @@ _UNUSED = {
     "vague": "it names neither a duration nor a count",
     "soon": "how soon one action follows another is not compared",
     "only": "what else a capture shows is not compared",
+    "whom": "who does it to whom is not compared",
     "which": "performers and captures are chosen by filters (--where)",
     "when": "where in a capture it is shown is not compared",
     "rate": "what it measures is not compared",
