@@ -83,6 +83,7 @@ _OF_OTHERS: tuple[tuple[frozenset[str], dict[str, tuple[str, float]]], ...] = (
 """Words of actions that neither travel nor fly, and those of their degrees."""
 _OF_STEPS = {"long": ("step", 1.0), "short": ("step", -1.0), "tiny": ("step", -1.0)}
 _STEPS = frozenset(("step", "stride"))
+_TRAVELS = TRAVELS | {"gait", "locomotion"}
 _LASTING = frozenset(("long", "short"))
 _UNITS = {
     **{"time": "s", "speed": "m/s", "height": "m up"},
@@ -186,9 +187,10 @@ def degree_of(words: Sequence[str]) -> Degree | None:
     by_speed = not {*_FAST, *_SLOW}.isdisjoint(words)  # by which "a fast walk with long steps" goes
     travel = _OF_TRAVEL | _OF_STEPS if steps and not by_speed else _OF_TRAVEL
     others = [table for actions, table in _OF_OTHERS if not actions.isdisjoint(words)]
+    travels = not _TRAVELS.isdisjoint(words)
     acts = not {*words} - MODIFIERS - {*_FAST, *_SLOW} <= {"step", "stride"}
     others = others or [_speeds_as("limbs") if acts else {}]
-    table = others[0] if TRAVELS.isdisjoint(words) else travel
+    table = travel if travels else others[0]
     table = _OF_JUMPS if jumps else table
     named = {word for word in words if word in table}
     if not jumps and ((steps and by_speed) or not {*words} - named <= TRAVELS):

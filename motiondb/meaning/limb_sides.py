@@ -66,7 +66,7 @@ _NEAR = {
     "head": 0.24,
     "chest": 0.14,
     "back": 0.25,
-    "floor": 0.1,
+    "floor": 0.12,
     "other hand": 0.13,
     "other elbow": 0.2,
     "hip": 0.14,

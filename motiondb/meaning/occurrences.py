@@ -139,6 +139,7 @@ RAISED, ABOVE_HEAD = -0.05, 0.1
 HANGS, LOWERED_WITHIN, BEFORE_LOWERING = -0.25, 45, 15
 """Height of a wrist below its shoulder, m, of a hand that hangs down; frames in which it comes
 there, and frames (0.5 s) before."""
+SHORTEST_TOUCH = 4  # Frames (0.13 s) for which a hand is at least at the floor or a foot
 STOPPED, STEP = 0.3, 15  # m/s; frames (0.5 s) over which speeds are averaged
 LIFTED = 0.3  # Height of a foot above the other one, m, of a raised leg
 LYING, KNEE_DOWN, FOOT_UP, RESTS = 1.2, 0.15, 0.15, 0.6
@@ -396,6 +397,7 @@ def _postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:
         held = of_side.get(side, alone.any(axis=1)) & (track[:, 14] < MOST_LEAN)
     elif what == "at":
         of, _, place = side.partition(" ")
+        shortest = SHORTEST_TOUCH if place in ("floor", "foot") else SHORTEST_LEAN
         held = hands_are_at(track[:, 28], of, place)
     elif what == "kneel":
         down, shortest = (track[:, 26:28] < KNEE_DOWN).any(axis=1), SHORTEST_KNEELING

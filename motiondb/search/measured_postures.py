@@ -73,13 +73,13 @@ def posture_though_excluded(
 
 
 def held_inside(times: Sequence[tuple[int, int]], low: int, high: int) -> list[tuple[int, int]]:
-    """The parts of some times that are in frames [low, high), but short ones.
+    """The parts of some times that are in frames [low, high), but short ones of longer times.
 
-    >>> held_inside([(0, 30), (50, 90), (95, 120)], 10, 100)
-    [(10, 30), (50, 90)]
+    >>> held_inside([(0, 30), (50, 54), (95, 120)], 10, 100)
+    [(10, 30), (50, 54)]
     """
-    inside = [(max(start, low), min(end, high)) for start, end in times]
-    return [(start, end) for start, end in inside if end - start >= HELD_FOR]
+    inside = ((max(a, low), min(b, high), b - a) for a, b in times)
+    return [(start, end) for start, end, long in inside if end - start >= min(HELD_FOR, long)]
 
 
 def held_meanwhile(

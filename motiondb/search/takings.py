@@ -473,7 +473,9 @@ def _without_light_heads(sentence: Sentence) -> tuple[Sentence, dict[str, Taking
     learned, text, same = sentence.learned, sentence.text, dict[str, Taking]()
     for first, second in pairwise(forms_of(text)):
         word, head = (lemma(form, learned.lemmas) for form in (first, second))
-        is_light = head in _LIGHT_HEADS and word in sentence.known - MODIFIERS - _LIGHT_HEADS
+        is_light = (
+            head in _LIGHT_HEADS and word in sentence.known - MODIFIERS - _LIGHT_HEADS - _SIZES
+        )
         numbers = {learned.word_numbers.get(one, -1) for one in (word, head)}
         if not is_light or (word, head) == ("box", "step") or _say_together(learned, numbers):
             continue
@@ -486,6 +488,7 @@ def _without_light_heads(sentence: Sentence) -> tuple[Sentence, dict[str, Taking
 
 _LIGHT_TEXT = "step move position pose routine technique exercise session practice style activity"
 _LIGHT_HEADS = frozenset(_LIGHT_TEXT.split())
+_SIZES = frozenset(("long", "short", "tiny", "broad", "deep", "brisk", "rapid", "heavy", "light"))
 
 
 def _say_together(learned: Learned, numbers: set[int]) -> bool:
