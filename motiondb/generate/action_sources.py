@@ -35,7 +35,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, islice, pairwise
+from itertools import combinations, islice, pairwise, product
 
 import numpy as np
 
@@ -451,9 +451,14 @@ def seen_sources(
 
     `held`: The first frames and last frames + 1 of the times for which a capture holds a posture.
     """
-    sources, posture = [], of.action.posture
+    sources, posture, posed = [], of.action.posture, of.action.posed
+    rests = [group[0] for group in of.action.groups if group not in posed]
     for capture in looked_at(learned):
         times, rows = held(capture, posture), learned.rows[capture]
+        for rest in rests:
+            pairs = product(times, held(capture, rest))
+            both = ((max(a, c), min(b, d)) for (a, b), (c, d) in pairs)
+            times = [(start, end) for start, end in both if start < end]
         starts, ends = learned.segments.starts[rows], learned.segments.ends[rows]
         shares = np.zeros(len(starts))
         for start, end in times:
@@ -463,7 +468,8 @@ def seen_sources(
             cost = HELD_WEIGHT * all(start == 0 for start, _ in times)  # nobody is seen to take it
             sources.append(Source(capture, rows, starts, ends, HELD_WEIGHT * shares, cost))
     usual = tuple(_with_rarity(learned, sources))
-    return replace(of, sources=usual, directions=(posture,))
+    action = replace(of.action, groups=posed)
+    return replace(of, action=action, sources=usual, directions=(posture, *rests))
 
 
 def picked_source(learned: Learned, of: ActionSources, capture: int) -> ActionSources:

@@ -61,7 +61,7 @@ from motiondb.language.question.tree import (
     parts_of,
 )
 from motiondb.language.translation import decoding
-from motiondb.language.vocabulary import MODIFIERS, TRAVELS, as_said, nearest_words
+from motiondb.language.vocabulary import MODIFIERS, SINGLE, TRAVELS, as_said, nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.meaning.amounts import amounts_of, off, outside
@@ -307,10 +307,10 @@ def read_sentence(
     for word, count in zip(learned.association.words, learned.association.counts):
         if count > 0:
             counts[word] = int(count)
-    read = parse(text, learned.synonyms, learned.lemmas)
+    read = _each_word_once(parse(text, learned.synonyms, learned.lemmas))
     for word in (*also_known(read.tree), *_measured_words(read.tree, counts, held)):
         counts.setdefault(word, 1)
-    question = _each_word_once(hold_to_known(read, counts))
+    question = hold_to_known(read, counts)
     missing = tuple(_missing(read, counts))
     verbs = verbs_in(text, learned.synonyms, learned.lemmas)
     heads = missing_heads(read.tree, verbs, counts)
@@ -354,10 +354,16 @@ def _measured_words(tree: Node, counts: Mapping[str, int], held: Callable[[str],
     return measured - counts.keys()
 
 
-def _each_word_once(question: KnownQuestion) -> KnownQuestion:
-    """Drop words of an action that mean the same as an earlier one ("walk on tiptoes")."""
-    tree = map_actions(question.tree, lambda one: replace(one, words=(*dict.fromkeys(one.words),)))
-    return replace(question, tree=tree)
+def _each_word_once(question: Question) -> Question:
+    """Drop words of an action that mean the same as another one ("walk on tiptoes")."""
+
+    def once(action: Action) -> Action:
+        words = tuple(dict.fromkeys(action.words))
+        if "hop" in words and SINGLE in words:  # as who hops does
+            words = tuple(w for w in words if w not in {SINGLE, "leg", "foot"})
+        return replace(action, words=words)
+
+    return replace(question, tree=map_actions(question.tree, once))
 
 
 def _missing(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:

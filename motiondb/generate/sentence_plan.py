@@ -91,6 +91,9 @@ def say_times(times: Amount) -> str:
     return say_count(int(times.least), None if times.most is None else int(times.most))
 
 
+_RESTS = (("stand",), ("sit",))
+
+
 @dataclass(frozen=True)
 class PlannedAction:
     """One action of a motion."""
@@ -111,8 +114,14 @@ class PlannedAction:
 
     @property
     def posture(self) -> str:
-        """The posture that it takes, if it does nothing else; "" for others."""
-        return posture_of(self.words) if all(map(is_posture_alone, self.groups)) else ""
+        """The posture that it takes, if it does nothing else but stand or sit; "" for others."""
+        words = tuple(dict.fromkeys(word for group in self.posed for word in group))
+        return posture_of(words) if all(map(is_posture_alone, self.posed)) else ""
+
+    @property
+    def posed(self) -> tuple[tuple[str, ...], ...]:
+        """The groups but standing and sitting, in which a posture is held; all if none is left."""
+        return tuple(group for group in self.groups if group not in _RESTS) or self.groups
 
 
 def plan_sentence(

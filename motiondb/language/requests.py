@@ -197,6 +197,7 @@ _MANNERS = (
     ),
     (r"with\s+(?:high|raised|lifted)\s+knees", "while raising the knees"),
     (r"thumbs?[\s-]up", "thumbsup"),
+    (r"com(?:es?|ing)\s+(?:back\s+)?down(?=\W|$)(?!\s+(?:the|a|to|on|from)\b)", "descending"),
     (r"high[\s-](?:five|5)s?", "highfive"),
     *(
         (

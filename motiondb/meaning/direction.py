@@ -99,6 +99,8 @@ FULL = {
     "duck": 0.3,  # of the head
     "climb": 0.4,
     **dict.fromkeys(EVERY_POSTURE, 0.5),
+    **{one: 0.13 for one in EVERY_POSTURE if one.endswith((" floor", " foot"))},
+    **{one: 0.25 for one in EVERY_POSTURE if one.startswith("land")},
 }
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")
