@@ -185,37 +185,40 @@ def places_of_hands(positions: FloatArray, facing: FloatArray) -> FloatArray:
     """
     at = {name: positions[:, n] for name, n in body.INDEX.items()}
     ahead = np.column_stack([np.sin(facing), np.zeros(len(facing)), np.cos(facing)])
-    face = at["head"] + FACE * rotation.normalize(at["head"] - at["neck"])
+    up = np.array([0.0, 1.0, 0.0])
+    places = {
+        "head": at["head"] + FACE * rotation.normalize(at["head"] - at["neck"]),
+        "chest": at["chest"] + 0.1 * ahead,
+        "back": at["pelvis"] + 0.15 * up,
+    }
+    for of, name in (("l", "left"), ("r", "right")):
+        places[f"{name} hip"] = at[f"{of}_hip"] + 0.08 * up
+        places |= {f"{name} {joint}": at[f"{of}_{joint}"] for joint in ("knee", "shoulder")}
     bits = np.zeros(len(positions))
     for hand, (side, other) in enumerate((("l", "r"), ("r", "l"))):
         wrist, elbow, shoulder = (at[f"{side}_{joint}"] for joint in ("wrist", "elbow", "shoulder"))
         palm = wrist + PALM * rotation.normalize(wrist - elbow)
-        length = np.linalg.norm(wrist - elbow, axis=1) + np.linalg.norm(elbow - shoulder, axis=1)
-        bent = np.linalg.norm(wrist - shoulder, axis=1) < BENT * length
+        near = {place: _length(palm - where) for place, where in places.items()}
+        for of, name in (("l", "left"), ("r", "right")):
+            ends = (_length(palm - at[f"{of}_{joint}"]) for joint in ("ankle", "toe"))
+            near[f"{name} foot"] = np.minimum(*ends)
+        near["floor"] = np.abs(palm[:, 1])
+        near["other hand"] = _length(wrist - at[f"{other}_wrist"])
+        near["other elbow"] = _length(palm - at[f"{other}_elbow"])
+        bent = _length(wrist - shoulder) < BENT * (
+            _length(wrist - elbow) + _length(elbow - shoulder)
+        )
         behind = ((palm - at["pelvis"]) * ahead).sum(axis=1) < -0.05
-        away = {
-            "head": palm - face,
-            "chest": palm - at["chest"] - 0.1 * ahead,
-            "back": np.where((bent & behind)[:, None], palm - at["pelvis"] - [0.0, 0.15, 0.0], 1.0),
-            "floor": palm * [0.0, 1.0, 0.0],
-            "other hand": wrist - at[f"{other}_wrist"],
-            "other elbow": palm - at[f"{other}_elbow"],
-        }
-        for of, name in zip("lr", ("left", "right")):
-            hip = palm - at[f"{of}_hip"] - [0.0, 0.08, 0.0]
-            away[f"{name} hip"] = np.where(bent[:, None], hip, 1.0)
-            away[f"{name} knee"] = palm - at[f"{of}_knee"]
-            ends = np.stack([palm - at[f"{of}_ankle"], palm - at[f"{of}_toe"]])
-            nearer = np.linalg.norm(ends, axis=2).argmin(axis=0)
-            away[f"{name} foot"] = ends[nearer, np.arange(len(palm))]
-            away[f"{name} shoulder"] = palm - at[f"{of}_shoulder"]
+        bent_at = {"left hip": bent, "right hip": bent, "back": bent & behind}
         for n, place in enumerate(HAND_PLACES):
-            is_near = (
-                np.linalg.norm(away[place], axis=1)
-                < _NEAR[place.removeprefix("left ").removeprefix("right ")]
-            )
-            bits += is_near * 2.0 ** (n + hand * len(HAND_PLACES))
+            is_near = near[place] < (_NEAR.get(place) or _NEAR[place.split()[1]])
+            bits += (is_near & bent_at.get(place, True)) * 2.0 ** (n + hand * len(HAND_PLACES))
     return bits
+
+
+def _length(vectors: FloatArray) -> FloatArray:
+    """Lengths (n,) of vectors (n, 3)."""
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
 
 
 def hands_are_at(bits: FloatArray, side: str, place: str) -> NDArray[np.bool_]:

@@ -327,7 +327,7 @@ class Sentence:
 
     def _is_said(self, words: Sequence[str], of_postures: frozenset[str]) -> bool:
         """Whether captions say the posture of an action: of a hand at a place, all its words."""
-        if not posture_of(words).startswith("at "):
+        if posture_of(words).split(" ")[0] not in ("at", "lift", "land"):
             return not of_postures.isdisjoint(words)
         return self.is_said(words)
 
