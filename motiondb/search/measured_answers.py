@@ -39,6 +39,7 @@ from numpy.typing import NDArray
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, runs
 from motiondb.language.lemmas import VERBS
 from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
+from motiondb.language.question.tree import SIDES
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.direction import trodden_anywhere, vertical_ways
 from motiondb.meaning.edge_map import HALF
@@ -51,6 +52,7 @@ from motiondb.meaning.limb_sides import (
     side_amount,
 )
 from motiondb.meaning.occurrences import (
+    FLIGHTS,
     event_of,
     frames_without,
     posture_of,
@@ -87,6 +89,7 @@ from motiondb.search.placing import PartPlace, Placed, is_labelled, unsure
 from motiondb.search.said_together import STANDING
 from motiondb.search.seen_frames import SeenFrames
 
+_FLIES = frozenset(FLIGHTS)
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
 LEAVES = 1.0  # Seconds for which somebody who walks away must at least walk
@@ -260,7 +263,10 @@ def _goes(
     unclear = unclear or leaves_posture_open(
         asked, seen, action, now.start, now.end, question.is_silent
     )
-    if "sideways" in directions_to_measure(action) and "sideways" not in believed:
+    # seen somewhere in a take, a direction may be that of another action
+    unclear = unclear or bool(now.unknown and {*directions_to_measure(action)} - believed)
+    asides = {"sideways", *SIDES} if _FLIES.intersection(action) else {"sideways"}
+    if not asides.intersection(directions_to_measure(action)) <= believed:
         aside, ahead, _ = np.abs(seen.speeds[_inside(now)]).sum(axis=0)
         unclear = unclear or bool(aside < ahead)
     return now, against, unclear

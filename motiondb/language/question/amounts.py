@@ -210,14 +210,15 @@ class Measure:
 
         >>> Measure("angle", 90, 90).say(), Measure("way", 0.0, 1.5).say()
         ('90 degrees', 'at most 1.5 m')
-        >>> Measure("steps", 3, None).say()
-        'at least 3 steps'
+        >>> Measure("steps", 3, None).say(), Measure("speed", 1, 1).say()
+        ('at least 3 steps', '1 m/s')
         """
         unit = {"angle": "degrees", "way": "m", "speed": "m/s"}.get(self.what, self.what)
         low = f"{self.least:.10g}"
         if self.most is None:
             return f"at least {low} {unit}"
-        high = f"{self.most:.10g} {unit.removesuffix('s') if self.most == 1 else unit}"
+        one = unit.removesuffix("s") if unit.isalpha() else unit  # "1 step", but "1 m/s"
+        high = f"{self.most:.10g} {one if self.most == 1 else unit}"
         if self.least == self.most:
             return high
         return f"{low} to {high}" if self.least else f"at most {high}"
