@@ -57,7 +57,7 @@ from motiondb.meaning.direction import (
     directions_of,
 )
 from motiondb.meaning.limb_sides import limbs_to_measure
-from motiondb.meaning.occurrences import is_posture_alone, posture_of
+from motiondb.meaning.postures import is_posture_alone, posture_of
 from motiondb.records import FloatArray, IntArray
 from motiondb.search.by_words import SEEN_ALONE
 from motiondb.search.said_together import STANDING

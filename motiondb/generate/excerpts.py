@@ -47,11 +47,7 @@ from motiondb.meaning.direction import (
     lacking,
 )
 from motiondb.meaning.extents import whole_occurrences
-from motiondb.meaning.occurrences import (
-    COUNTED,
-    FLIGHTS,
-    find_occurrences,
-)
+from motiondb.meaning.occurrences import COUNTED, FLIGHTS, find_occurrences
 from motiondb.meaning.travelled import directions_to_measure
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 

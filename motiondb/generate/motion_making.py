@@ -66,13 +66,8 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.meaning.amounts import amounts_of, off, outside
 from motiondb.meaning.direction import directions_of, is_as_in_search, words_of_measured
-from motiondb.meaning.occurrences import (
-    EVERY_POSTURE,
-    FLIGHTS,
-    is_posture_alone,
-    measured_track,
-    posture_of,
-)
+from motiondb.meaning.occurrences import FLIGHTS, measured_track
+from motiondb.meaning.postures import EVERY_POSTURE, is_posture_alone, posture_of
 from motiondb.records import MOTION_FPS, IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 

@@ -40,7 +40,7 @@ from motiondb.language.question.tree import (
     Without,
     actions_of,
 )
-from motiondb.meaning.occurrences import is_posture_alone, posture_of
+from motiondb.meaning.postures import is_posture_alone, posture_of
 from motiondb.records import MOTION_FPS
 
 MOST_ACTIONS = 128

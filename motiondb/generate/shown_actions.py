@@ -68,7 +68,8 @@ from motiondb.meaning.motion_judge import (
     pool_windows,
     said_words,
 )
-from motiondb.meaning.occurrences import event_of, find_occurrences, measured_track, posture_of
+from motiondb.meaning.occurrences import event_of, find_occurrences, measured_track
+from motiondb.meaning.postures import posture_of
 from motiondb.records import Float32Array, FloatArray, Motion
 from motiondb.search.measured_answers import excluded_words
 

@@ -196,6 +196,20 @@ _MANNERS = (
         "while raising both arms ",
     ),
     (r"with\s+(?:high|raised|lifted)\s+knees", "while raising the knees"),
+    (
+        rf"({_GOING})\s+(?:(?:in\s+a|while)\s+)?(?:crouch(?:ed|ing)?|low(?!\s+(?:speed|pace)))"
+        r"(?:\s+down)?(?:\s+(?:position|posture))?(?=\s*(?:$|[,.;?!]|then\b|and\b))",
+        r"\1 while staying low",
+    ),
+    (rf"(?:crouch(?:ed|ing)?|low)[\s-]+({_GOING})", r"\1 while staying low"),
+    (
+        rf"({_GOING})\s+(?:while\s+)?(?:bent|hunched|stooped)(?:\s+(?:over|forward))?",
+        r"\1 while stooping",
+    ),
+    (
+        rf"({_HANDS})\s+(up|raised|high|overhead|{_OVERHEAD})(?:,|\s+and|\s+then)+\s+(?:back\s+)?down",
+        r"raising \1 \2, then putting \1 down",
+    ),
     (r"thumbs?[\s-]up", "thumbsup"),
     (r"com(?:es?|ing)\s+(?:back\s+)?down(?=\W|$)(?!\s+(?:the|a|to|on|from)\b)", "descending"),
     (r"high[\s-](?:five|5)s?", "highfive"),

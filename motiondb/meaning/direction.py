@@ -49,16 +49,12 @@ from motiondb.meaning.limb_sides import (
     say_other_limb,
     side_amount,
 )
-from motiondb.meaning.occurrences import (
-    ALOFT,
+from motiondb.meaning.occurrences import ALOFT, FLIGHTS, LASTING, aloft, find_occurrences
+from motiondb.meaning.postures import (
     EVERY_POSTURE,
-    FLIGHTS,
     INVERTED,
-    LASTING,
     LEANS,
     LOW,
-    aloft,
-    find_occurrences,
     frames_without,
     is_posture_alone,
     posture_of,

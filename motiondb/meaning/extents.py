@@ -31,15 +31,8 @@ from typing import Annotated
 import numpy as np
 
 from motiondb.body.contacts import MAX_HEIGHT
-from motiondb.meaning.occurrences import (
-    FLIGHTS,
-    INVERTED,
-    LASTING,
-    LEANS,
-    LOW,
-    OVER,
-    find_occurrences,
-)
+from motiondb.meaning.occurrences import FLIGHTS, LASTING, OVER, find_occurrences
+from motiondb.meaning.postures import INVERTED, LEANS, LOW
 from motiondb.records import MOTION_FPS, Axes, Float32Array, FloatArray, IntArray
 
 WINDOW = 39  # Feature frames (2.6 s) of a context

@@ -1,5 +1,7 @@
 """Where short actions occur in a motion, and how often: flights, kicks, bows, seats, turns.
 
+Postures that last are those of :mod:`motiondb.meaning.postures`.
+
 ==================  =============================================================================
 words               one occurrence
 ==================  =============================================================================
@@ -24,29 +26,14 @@ rise                the end of a time in which somebody sits or is low: "stand u
 turn, spin          a time in which the body turns quickly, and far enough
 stop                the end of a time of at least 0.5 s in which somebody travels, and rests within
                     1 s after it
-raise               a time of at least 0.3 s in which a hand is as high as its shoulder, and the
-                    trunk upright; "raise left": the left one, "raise both": both at once
-overhead            the same for a hand above the head
-lower               the end of a time in which a hand is raised, until it hangs down, within 1.5 s
-lie                 a time of at least 1 s in which trunk and thighs are level
-kneel               a time of at least 0.5 s in which a knee is on the ground, and the trunk upright
-stand still         a time of at least 0.5 s of standing in which neither pelvis nor limbs move
-hand at             a time of at least 0.3 s in which a hand, or both, is at a part of the body, at
-                    the floor or at the other hand: "at left hip" is the left hand at a hip
-lift                a time of at least 0.3 s in which a thigh is level, or a foot 0.3 m above the
-                    other, the trunk upright and the other thigh not level: "raise the knee"
 land                the end of a flight: "land left" is on the left foot alone for 0.2 s
-on one leg          a time of at least 1 s of standing in which a foot is 0.15 m above the other;
-                    "on left leg": the right one is above
 ==================  =============================================================================
 
 So raised knees, arabesques, climbing, and legs in the air of somebody who is upside down are no
 kicks, and a kick is no jump. Feet that are up at the same time kick once. Hands that go out
 together punch once; a hand that stays out does not hide the punch of the other. The limits were set
 on kicks and punches of six captures of CMU; those of speed, stretching and leaning of kicks on
-four: all 17 kicks of karate and of exercises are counted, and nothing else in these captures. Of
-Bandai-Namco's 280 captures, hands are raised on the named side in 160 of 168 that say so, on
-another side in none, and in one of 112 that walk and run.
+four: all 17 kicks of karate and of exercises are counted, and nothing else in these captures.
 """
 
 from __future__ import annotations
@@ -60,21 +47,25 @@ from motiondb.body import body, retarget, rotation
 from motiondb.body.contacts import FEET, MAX_HEIGHT, foot_heights
 from motiondb.body.features import headings, runs, velocity
 from motiondb.body.pose_vectors import path_of
-from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import SINGLE, as_said
-from motiondb.meaning.limb_sides import (
-    LEGS,
-    LOWERS,
-    PLACES_ASKED,
-    PLAIN,
-    arm_lowered,
-    arm_raised,
-    hand_at,
-    hands_are_at,
-    leg_raised,
-    limb_held,
-    outward_speeds,
-    places_of_hands,
+from motiondb.meaning.limb_sides import outward_speeds, places_of_hands
+from motiondb.meaning.postures import (
+    INVERTED,
+    LEANS,
+    LEANT,
+    LEVEL,
+    LOW,
+    MOST_LEAN,
+    PAUSE,
+    POSED,
+    RESTS,
+    SHORTEST_LEAN,
+    SHORTEST_SEAT,
+    STANDING,
+    closed_runs,
+    find_postures,
+    moving,
+    posture_of,
+    sitting,
 )
 from motiondb.meaning.score_vectors import averaged_rows
 from motiondb.meaning.travelled import SPINS, SPUN, TURNS
@@ -91,9 +82,9 @@ SHORTEST_FLIGHT = 3  # Frames (0.1 s)
 NEAR_GROUND = 6
 """Frames (0.2 s) before and after a flight in which its feet are looked for on the ground."""
 KICKED = 0.35  # Height of a kicking foot above its height in standing, m
-KICK_SPEED, STRETCHED, MOST_LEAN = 3.0, 0.7, 1.0
-"""Speed of the ankle relative to the pelvis, m/s, distance of the ankle from the hip as a share of
-the leg's length, and angle of the trunk from upright, radians, of a kick."""
+KICK_SPEED, STRETCHED = 3.0, 0.7
+"""Speed of the ankle relative to the pelvis, m/s, and distance of the ankle from the hip as a share
+of the leg's length, of a kick."""
 BEHIND = 0.2
 """Metres by which a kicking ankle may be behind the pelvis when it is highest: kicks of karate to
 the side are up to 0.1, arabesques at least 0.3."""
@@ -103,67 +94,14 @@ EXTENDED, LOWEST_HAND, PUNCH_SPEED = 0.8, -0.25, 2.0
 shoulder, m, and speed of the wrist relative to the pelvis, m/s, of a punch."""
 BEGINNING = 8
 """Frames before the arm is extended or the foot is up in which a punch or kick may be quickest."""
+LONGEST_FLIP = 18  # Frames
 ALOFT = tuple(word for word in FLIGHTS if word != "hop")
 OVER = frozenset(("cartwheel", "flip", "backflip", "somersault", "roll", "handstand"))
-LEANS = {"bend": 0.7, "bow": 0.5}  # Angle of the trunk from upright, rad
-LOW = {"squat": 0.3, "crouch": 0.2, "duck": 0.2}  # How much the pelvis is lower than standing, m
-INVERTED, LEVEL, LEANT = 2.0, 1.3, 0.7
-"""Angle of the trunk from upright, rad, of somebody upside down, level, and on the way there."""
-SEATED = 0.95  # Angle of the thighs from hanging down, rad, of somebody who sits
-SHORTEST_SEAT, SHORTEST_LEAN, LONGEST_FLIP = 30, 9, 18  # Frames
-GOING, MOVING = 0.2, 0.4
-"""Speed of the pelvis over the ground, and of a hand or foot relative to the pelvis, m/s, above
-which somebody moves: who stands sways more slowly."""
 TURN_SPEED, SPIN_SPEED, TURNED = 0.8, 2.0, 0.7  # rad/s, rad/s, rad
 COUNTED = (*FLIGHTS, "kick", "punch", *sorted(OVER), *LEANS, *LOW)
 """Words whose occurrences are counted in a motion that is made or judged."""
-POSED = frozenset(
-    ("raise", "overhead", "lower", "lie", "kneel", "on", "still", "at", "land", "lift")
-)
-"""First words of postures, and of a change between them, that are measured where captions do not
-say them."""
-_HANDS = ("", " left", " right", " both")
-EVERY_POSTURE = (
-    *(f"{what}{side}" for what in ("raise", "overhead", "lower") for side in _HANDS),
-    *(f"on {side} leg" for side in ("left", "right", "one")),
-    *(f"land{side}" for side in (*_HANDS, " one")),
-    *(f"lift{side}" for side in _HANDS[:3]),
-    *(f"at {side} {place}" for side in ("any", "left", "right", "both") for place in PLACES_ASKED),
-    *("lie", "kneel", "still", "stand", "sit"),
-)
-"""The postures of ``POSED`` with their sides, and those in which something else is done."""
-HELD = frozenset(("handstand", "sit", *POSED)) - {"lower", "land"}
-"""Events that last for as long as a posture is held, or their first words."""
-RAISED, ABOVE_HEAD = -0.05, 0.1
-"""Height of a wrist above its shoulder, and above the joint of the head, m, of a raised hand."""
-HANGS, LOWERED_WITHIN, BEFORE_LOWERING = -0.25, 45, 15
-"""Height of a wrist below its shoulder, m, of a hand that hangs down; frames in which it comes
-there, and frames (0.5 s) before."""
-SHORTEST_TOUCH = 4  # Frames (0.13 s) for which a hand is at least at the floor or a foot
 STOPPED, STEP = 0.3, 15  # m/s; frames (0.5 s) over which speeds are averaged
-LIFTED = 0.3  # Height of a foot above the other one, m, of a raised leg
-LYING, KNEE_DOWN, FOOT_UP, RESTS = 1.2, 0.15, 0.15, 0.6
-"""Angle of the trunk from upright of somebody who lies, rad; height of a knee that is on the
-ground, and of a foot above the one that is, m; speed over the ground of these postures, m/s."""
-SHORTEST_KNEELING = 15  # Frames (0.5 s), also of standing still
 _RISES = frozenset(("stand", "get", "rise"))
-OF_POSTURES = frozenset(("raise", "lift", "lie", "kneel", "stand", "balance", "still"))
-"""Words of postures that captions say."""
-_WITH_HANDS = frozenset(("raise", "lift", "up", "overhead", "high", *SIDES, *LIMBS, *PLAIN))
-_WITH_LEGS = frozenset(("stand", "balance", SINGLE, *SIDES, *LEGS))
-_WITH_POSTURE = {
-    **dict.fromkeys(("raise", "overhead"), _WITH_HANDS),
-    "lower": frozenset((*LOWERS, *SIDES, *LIMBS)),
-    "on": _WITH_LEGS,
-    "still": frozenset(("stand", "still")),
-    "kneel": frozenset(("kneel", "down", "knee", "floor", "ground", SINGLE)),
-    "lift": _WITH_HANDS,
-    "land": _WITH_LEGS | {"land", "down", "floor", "ground"},
-    "lie": frozenset(("lie", "down", "still", "floor", "ground")),
-}
-"""Words beside which a posture is asked for, and nothing else."""
-STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT  # Height of the pelvis in standing, m
-PAUSE = 3  # Frames (0.1 s) up to which a break does not end an occurrence
 _I = body.INDEX
 _HIPS = (_I["l_hip"], _I["r_hip"])
 _KNEES = (_I["l_knee"], _I["r_knee"])
@@ -228,7 +166,7 @@ def event_of(words: Sequence[str]) -> str:
     """
     if {"hand", "stand"} <= {*words}:
         return "handstand"
-    posture = _posture(words)
+    posture = posture_of(words)
     if posture:
         return posture
     if "up" in words and not _RISES.isdisjoint(words):
@@ -241,80 +179,6 @@ def event_of(words: Sequence[str]) -> str:
     if not found and "stop" in words:
         return "stop"
     return found[-1] if found else "turn" if not TURNS.isdisjoint(words) else ""
-
-
-def _posture(words: Sequence[str]) -> str:
-    """The posture that an action takes, with its side; "" for others."""
-    held_at = hand_at(words)
-    if held_at is not None:
-        return f"at {held_at[0]} {held_at[1]}"
-    raised, lowered, leg = arm_raised(words), arm_lowered(words), leg_raised(words)
-    if leg is not None:
-        return f"lift {leg}".strip().replace(" both", "")
-    if raised is not None:
-        return f"{'overhead' if 'overhead' in words else 'raise'} {raised}".strip()
-    if lowered is not None:
-        return f"lower {lowered}".strip()
-    held = limb_held(words)
-    if "land" in words:
-        both = "both" if "both" in words else ""
-        return f"land {as_said(held[0]) if held else both}".strip()
-    if "stand" in words or "balance" in words:
-        return f"on {as_said(held[0])} leg" if held else "still" if "still" in words else ""
-    return next((word for word in words if word in ("lie", "kneel")), "")
-
-
-def say_posture(posture: str) -> str:
-    """A posture of :func:`event_of` in words that follow "does not".
-
-    >>> [say_posture(one) for one in ("lie", "on left leg", "at any hip", "lower both")]
-    ['lie', 'stand on the left leg alone', 'hold a hand at the hip', 'lower both hands']
-    """
-    what, _, side = posture.partition(" ")
-    side, _, place = side.partition(" ") if what == "at" else (side, "", "")
-    foot = "one foot" if side == "one" else f"the {side} foot"
-    hands = {"": "a hand", "any": "a hand", "both": "both hands"}.get(side, f"the {side} hand")
-    said = {
-        "at": {
-            "other hand": "hold the hands together",
-            "other elbow": "cross the arms",
-            "back": f"hold {hands} behind the back",
-            "floor": f"touch the floor with {hands}",
-        }.get(place, f"hold {hands} at the {place}"),
-        "land": "land on both feet" if side == "both" else f"land on {foot} alone",
-        "on": f"stand on {'one leg' if side == 'one leg' else f'the {side}'} alone",
-        "raise": f"raise {hands}",
-        "lift": f"raise {f'the {side}' if side else 'a'} knee",
-        "overhead": f"hold {hands} overhead",
-        "lower": f"lower {hands}",
-        "still": "stand still",
-    }
-    return posture if posture == "land" else said.get(what, what)
-
-
-def is_held(event: str) -> bool:
-    """Whether an event lasts for as long as a posture is held.
-
-    >>> is_held("raise left"), is_held("sit"), is_held("jump"), is_held("")
-    (True, True, False, False)
-    """
-    return event.split(" ")[0] in HELD
-
-
-def posture_of(action: Sequence[str]) -> str:
-    """The posture of ``POSED`` that an action takes, with its side; "" for others."""
-    event = event_of(action)
-    return event if event.split(" ")[0] in POSED else ""
-
-
-def is_posture_alone(action: Sequence[str]) -> bool:
-    """Whether an action takes a posture of ``POSED``, and says no more than that.
-
-    >>> is_posture_alone(("kneel", "floor")), is_posture_alone(("kneel", "backward"))
-    (True, False)
-    """
-    what = posture_of(action).split(" ")[0]
-    return what == "at" or (bool(what) and _WITH_POSTURE[what].issuperset(action))
 
 
 def _speeds(places: FloatArray) -> FloatArray:
@@ -331,42 +195,48 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
     [(20, 30), (60, 70)]
     """
     if word == "kick":
-        return _runs(_kicking(track, 0) | _kicking(track, 1))
+        return closed_runs(_kicking(track, 0) | _kicking(track, 1))
     if word == "punch":
-        hands = (_runs(_begun(track[:, hand] > 0, track[:, hand + 1])) for hand in (6, 8))
+        hands = (closed_runs(_begun(track[:, hand] > 0, track[:, hand + 1])) for hand in (6, 8))
         return _one_by_one(sorted(time for times in hands for time in times))
     if word in OVER:
         return _over(track, word)
-    if word in LEANS:
-        bent = (track[:, 14] > LEANS[word]) & (track[:, 14] < INVERTED) & (track[:, 0] > 0.6)
-        return [(a, b) for a, b in _runs(np.asarray(bent)) if b - a >= SHORTEST_LEAN]
-    if word in LOW:
-        low = track[:, 0] < STANDING - LOW[word]
-        low |= (word == "duck") & (track[:, 14] > LEANS["bend"])
-        return [(a, b) for a, b in _runs(np.asarray(low)) if b - a >= SHORTEST_LEAN]
+    if word in (*LEANS, *LOW, "move"):
+        lasting = moving(track) if word == "move" else _bent(track, word)
+        return [(a, b) for a, b in closed_runs(lasting) if b - a >= SHORTEST_LEAN]
     if word in ("seat", "rise", "stop"):
         return _ends(track, word)
-    if word == "move":
-        return [(a, b) for a, b in _runs(_moving(track)) if b - a >= SHORTEST_LEAN]
-    if word.split()[0] in ("stand", "sit", *POSED):
-        return _postures(track, word)
+    what, _, side = word.partition(" ")
+    if what == "land":
+        return _landings(track, side)
+    if what in ("stand", "sit", *POSED):
+        return find_postures(track, word)
     if word in ("turn", "spin"):
         return _turns(
             track[:, 3], *((SPIN_SPEED, SPUN) if word == "spin" else (TURN_SPEED, TURNED))
         )
-    flights = [(a, b) for a, b in _runs(aloft(track)) if b - a >= SHORTEST_FLIGHT]
+    flights = [(a, b) for a, b in closed_runs(aloft(track)) if b - a >= SHORTEST_FLIGHT]
     return [flight for flight in flights if word != "hop" or _is_hop(track[:, 4:6], flight)]
+
+
+def _bent(track: FloatArray, word: str) -> NDArray[np.bool_]:
+    """Frames in which somebody bends or bows, or is as low as who squats, crouches or ducks."""
+    if word in LEANS:
+        leans = (track[:, 14] > LEANS[word]) & (track[:, 14] < INVERTED)
+        return np.asarray(leans & (track[:, 0] > 0.6))
+    low = track[:, 0] < STANDING - LOW[word]
+    return np.asarray(low | ((word == "duck") & (track[:, 14] > LEANS["bend"])))
 
 
 def _ends(track: FloatArray, word: str) -> list[tuple[int, int]]:
     """The times around the beginnings of seats, and around the ends of low postures and travels."""
     if word == "seat":
-        starts = [start for start, _ in _postures(track, "sit") if start > PAUSE]
+        starts = [start for start, _ in find_postures(track, "sit") if start > PAUSE]
         return [(max(start - 20, 0), start + 20) for start in starts]
     if word == "stop":
         return _stops(track)
     low = sitting(track) | (track[:, 0] < STANDING - LOW["squat"])
-    ends = [b for a, b in _runs(low, SHORTEST_SEAT) if b - a >= SHORTEST_LEAN]
+    ends = [b for a, b in closed_runs(low, SHORTEST_SEAT) if b - a >= SHORTEST_LEAN]
     around = [(max(e - 10, 0), min(e + 20, len(track))) for e in ends]
     return [time for time, e in zip(around, ends) if e < len(track) - PAUSE]
 
@@ -374,49 +244,9 @@ def _ends(track: FloatArray, word: str) -> list[tuple[int, int]]:
 def _stops(track: FloatArray) -> list[tuple[int, int]]:
     """The times around the ends of travelling that a rest follows."""
     speed = averaged_rows(np.hypot(track[:, 1], track[:, 2]), STEP // 2)
-    travels = [(a, b) for a, b in _runs(np.asarray(speed > RESTS)) if b - a >= STEP]
+    travels = [(a, b) for a, b in closed_runs(np.asarray(speed > RESTS)) if b - a >= STEP]
     rests = [b for _, b in travels if speed[b : b + 2 * STEP].min(initial=np.inf) < STOPPED]
     return [(max(b - 20, 0), min(b + STEP, len(track))) for b in rests]
-
-
-def _postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:
-    """The times in which somebody sits, or holds a posture of ``POSED`` with its side."""
-    what, _, side = posture.partition(" ")
-    if what in ("lower", "land"):
-        return (_lowered if what == "lower" else _landings)(track, side)
-    shortest = SHORTEST_LEAN
-    if what in ("raise", "overhead"):
-        up = track[:, 22:24] > RAISED if what == "raise" else track[:, 24:26] > ABOVE_HEAD
-        of_side = {"left": up[:, 0], "right": up[:, 1], "both": up.all(axis=1)}
-        held = of_side.get(side, up.any(axis=1)) & (track[:, 14] < MOST_LEAN)
-    elif what == "lift":
-        over = track[:, 4:6] - track[:, 5:3:-1]  # of a foot over the other one
-        up = (track[:, 20:22] > SEATED) | (over > LIFTED)
-        alone = up & (track[:, 21:19:-1] < SEATED)
-        of_side = {"left": alone[:, 0], "right": alone[:, 1]}
-        held = of_side.get(side, alone.any(axis=1)) & (track[:, 14] < MOST_LEAN)
-    elif what == "at":
-        of, _, place = side.partition(" ")
-        shortest = SHORTEST_TOUCH if place in ("floor", "foot") else SHORTEST_LEAN
-        held = hands_are_at(track[:, 28], of, place)
-    elif what == "kneel":
-        down, shortest = (track[:, 26:28] < KNEE_DOWN).any(axis=1), SHORTEST_KNEELING
-        held = down & (track[:, 14] < MOST_LEAN) & (track[:, 0] > LOW["squat"])
-    elif what == "still":
-        held, shortest = standing(track) & ~_moving(track), SHORTEST_KNEELING
-    elif what in ("stand", "sit"):
-        rests = np.hypot(track[:, 1], track[:, 2]) < RESTS
-        held = sitting(track) if what == "sit" else standing(track) & rests
-        shortest = SHORTEST_SEAT
-    else:
-        rests, shortest = np.hypot(track[:, 1], track[:, 2]) < RESTS, SHORTEST_SEAT
-        level = (track[:, 14] > LYING) & (track[:, 14] < np.pi - LYING)
-        held = level & (track[:, 20:22] > LEANT).all(axis=1) & rests
-        if what == "on":
-            over = track[:, 5] - track[:, 4]  # of the right foot over the left one
-            over = {"left leg": over, "right leg": -over}.get(side, np.abs(over))
-            held = (over > FOOT_UP) & standing(track) & rests
-    return [(a, b) for a, b in _runs(np.asarray(held)) if b - a >= shortest]
 
 
 def _landings(track: FloatArray, side: str) -> list[tuple[int, int]]:
@@ -433,53 +263,12 @@ def _landings(track: FloatArray, side: str) -> list[tuple[int, int]]:
     return found
 
 
-def _lowered(track: FloatArray, side: str) -> list[tuple[int, int]]:
-    """The times in which a raised hand, or both, comes to hang down."""
-    hands = {"left": [22], "right": [23], "both": [22, 23]}
-    if side not in hands:
-        times = _lowered(track, "left") + _lowered(track, "right")
-        inside = ~frames_without(times, len(track))
-        return [(int(a), int(b)) for a, b in runs(inside)]
-    hangs = np.asarray((track[:, hands[side]] < HANGS).all(axis=1))
-    found = []
-    for start, end in _postures(track, f"raise {side}"):
-        down = np.flatnonzero(hangs[end : end + LOWERED_WITHIN])
-        if len(down):
-            found.append((max(end - BEFORE_LOWERING, start), int(end + down[0] + 1)))
-    return found
-
-
-def _moving(track: FloatArray) -> NDArray[np.bool_]:
-    """Frames in which the pelvis or a limb moves: (frames,)."""
-    limbs = track[:, [7, 9, 10, 11]].max(axis=1) > MOVING
-    return np.asarray(limbs | (np.hypot(track[:, 1], track[:, 2]) > GOING))
-
-
-def sitting(track: FloatArray) -> NDArray[np.bool_]:
-    """Frames in which somebody sits: both thighs are level and the trunk upright: (frames,)."""
-    return np.asarray((track[:, 20:22] > SEATED).all(axis=1) & (track[:, 14] < MOST_LEAN))
-
-
-def frames_without(times: Sequence[tuple[int, int]], n: int) -> NDArray[np.bool_]:
-    """Which of n frames are in none of some times: array (n,)."""
-    free = np.ones(n, dtype=bool)
-    for start, end in times:
-        free[start:end] = False
-    return free
-
-
-def standing(track: FloatArray) -> NDArray[np.bool_]:
-    """Frames in which somebody is upright on the feet, at rest or not: (frames,)."""
-    upright = (track[:, 14] < MOST_LEAN) & (track[:, 0] > STANDING - LOW["crouch"])
-    return np.asarray(~sitting(track) & upright)
-
-
 def _over(track: FloatArray, word: str) -> list[tuple[int, int]]:
     """The times in which the trunk is upside down, and in which it leans before and after."""
     leans, found = track[:, 14], list[tuple[int, int]]()
     rolls, flips = word in ("roll", "somersault"), word in ("flip", "backflip")
     flies = aloft(track) if flips else np.zeros(len(track), dtype=bool)
-    for start, end in _runs(np.asarray(leans > (LEVEL if rolls else LEANT))):
+    for start, end in closed_runs(np.asarray(leans > (LEVEL if rolls else LEANT))):
         n_over = int((leans[start:end] > (LEVEL if rolls else INVERTED)).sum())
         if flips and (n_over > LONGEST_FLIP or not flies[start:end].any()):
             continue
@@ -497,7 +286,7 @@ def _turns(speeds: FloatArray, least_speed: float, least: float) -> list[tuple[i
     >>> _turns(speeds, 0.8, 0.7)
     [(20, 50)]
     """
-    times = [run for sign in (1.0, -1.0) for run in _runs(sign * speeds > least_speed)]
+    times = [run for sign in (1.0, -1.0) for run in closed_runs(sign * speeds > least_speed)]
     return sorted((a, b) for a, b in times if abs(speeds[a:b].sum()) >= least * MOTION_FPS)
 
 
@@ -511,15 +300,6 @@ def aloft(track: FloatArray) -> NDArray[np.bool_]:
     for start, end in runs(np.asarray(rise > RISE)):
         kept[start:end] = off[start:end].any()
     return kept
-
-
-def _runs(inside: NDArray[np.bool_], pause: int = PAUSE) -> list[tuple[int, int]]:
-    """Runs of frames; breaks of up to `pause` frames are filled."""
-    filled = inside.copy()
-    for start, end in runs(~inside):
-        if start > 0 and end < len(inside) and end - start <= pause:
-            filled[start:end] = True
-    return [(int(start), int(end)) for start, end in runs(filled)]
 
 
 def _one_by_one(times: list[tuple[int, int]]) -> list[tuple[int, int]]:
@@ -541,7 +321,7 @@ def _one_by_one(times: list[tuple[int, int]]) -> list[tuple[int, int]]:
 def _begun(extended: NDArray[np.bool_], speeds: FloatArray) -> NDArray[np.bool_]:
     """Frames of the times in which an arm is extended that began quickly."""
     kept = np.zeros(len(extended), dtype=bool)
-    for start, end in _runs(extended):
+    for start, end in closed_runs(extended):
         kept[start:end] = speeds[max(start - BEGINNING, 0) : start + 1].max() >= PUNCH_SPEED
     return kept
 
@@ -550,7 +330,7 @@ def _kicking(track: FloatArray, foot: int) -> NDArray[np.bool_]:
     """Frames of the times in which the left (0) or right (1) foot kicks."""
     heights, speeds, reach = track[:, 4 + foot], track[:, 10 + foot], track[:, 16 + foot]
     kept = np.zeros(len(track), dtype=bool)
-    for start, end in _runs(heights > KICKED):
+    for start, end in closed_runs(heights > KICKED):
         highest = start + int(np.argmax(heights[start:end]))
         is_quick = speeds[max(start - BEGINNING, 0) : highest + 1].max() >= KICK_SPEED
         is_stretched = reach[start:end].max() >= STRETCHED * body.LEG_LENGTH

@@ -44,7 +44,7 @@ from motiondb.language.question.tree import (
 )
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, TRAVELS
 from motiondb.learn.learned import Learned
-from motiondb.meaning.degrees import SPEEDS, Degree, degree_of
+from motiondb.meaning.amounts import SPEEDS, Degree, degree_of
 from motiondb.meaning.direction import vertical_ways
 from motiondb.meaning.limb_sides import (
     arm_lowered,
@@ -54,10 +54,9 @@ from motiondb.meaning.limb_sides import (
     limb_held,
     limbs_to_measure,
 )
-from motiondb.meaning.occurrences import (
-    COUNTED,
+from motiondb.meaning.occurrences import COUNTED, event_of
+from motiondb.meaning.postures import (
     OF_POSTURES,
-    event_of,
     is_held,
     is_posture_alone,
     posture_of,

@@ -4,7 +4,7 @@ Words alone hardly tell it: captions rarely say which way, which hand, how often
 Measured are directions (:mod:`motiondb.meaning.travelled`), sides of limbs
 (:mod:`motiondb.meaning.limb_sides`), events, their number and where they are
 (:mod:`motiondb.meaning.occurrences`), how long somebody goes on travelling, rests or leaves,
-postures meanwhile, and how fast, high or far (:mod:`motiondb.meaning.degrees`). Five things can
+postures meanwhile, and how fast, high or far (:mod:`motiondb.meaning.amounts`). Five things can
 follow.
 
 * The motion contradicts the question: no frame of the part goes in the direction, the other limb
@@ -51,13 +51,8 @@ from motiondb.meaning.limb_sides import (
     say_other_limb,
     side_amount,
 )
-from motiondb.meaning.occurrences import (
-    FLIGHTS,
-    event_of,
-    frames_without,
-    posture_of,
-    say_posture,
-)
+from motiondb.meaning.occurrences import FLIGHTS, event_of
+from motiondb.meaning.postures import frames_without, posture_of, say_posture
 from motiondb.meaning.travelled import (
     STEADY,
     directions_to_measure,

@@ -9,7 +9,7 @@ import numpy as np
 
 from motiondb.language.vocabulary import SINGLE, as_said
 from motiondb.meaning.limb_sides import limb_held
-from motiondb.meaning.occurrences import posture_of, say_posture, sitting, standing
+from motiondb.meaning.postures import posture_of, say_posture, sitting, standing
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.placing import PartPlace, unsure
 from motiondb.search.seen_frames import SeenFrames

@@ -29,7 +29,7 @@ from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import MODIFIERS, TRAVELS
 from motiondb.learn.checking import LEAST_CHECKING
 from motiondb.meaning.limb_sides import LEGS, limb_held
-from motiondb.meaning.occurrences import posture_of
+from motiondb.meaning.postures import posture_of
 from motiondb.search.asked_words import AskedWords
 
 STANDING = frozenset(("stand", "sit", "still"))
@@ -101,6 +101,9 @@ def searched_together(
             spoken = only or action
             known = {*measured(spoken), *_implied(spoken)} - _free_limbs(spoken)
             left.extend(word for word in lost if word not in known)
+            left.extend(
+                {"still"}.intersection(action) if "sit" in action and not part.seconds else ()
+            )
         now = tuple(dict.fromkeys(searched))
         return part if now == part.actions else replace(part, actions=now, said=part.actions)
 
@@ -150,6 +153,7 @@ def _groups(
     ([('box',), ('punch',)], [])
     """
     borne = {*limb_held(action), *_ways_said(action)}
+    borne |= {"still"} if "sit" in action else set()  # who sits is seldom said to be still
     action = tuple(word for word in action if word not in borne)
     if len(action) < 2 or said(action):
         return [action], []

@@ -20,13 +20,8 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import LIMB_COLUMNS, FramePool
 from motiondb.meaning.amounts import amounts_of
 from motiondb.meaning.edge_map import averaged, frame_cues
-from motiondb.meaning.occurrences import (
-    event_of,
-    find_occurrences,
-    frames_without,
-    is_held,
-    standing,
-)
+from motiondb.meaning.occurrences import event_of, find_occurrences
+from motiondb.meaning.postures import frames_without, is_held, standing
 from motiondb.meaning.travelled import (
     REST,
     furthest,

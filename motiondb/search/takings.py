@@ -51,7 +51,7 @@ from motiondb.language.vocabulary import (
 )
 from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
 from motiondb.learn.learned import Learned
-from motiondb.meaning.occurrences import OF_POSTURES, is_posture_alone, posture_of
+from motiondb.meaning.postures import OF_POSTURES, is_posture_alone, posture_of
 
 TAKEN = 0.5
 SUGGESTED = 0.3

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from motiondb.language.question.parse import parse
+from motiondb.language.question.readings import say
 from motiondb.language.requests import without_request
 from motiondb.language.vocabulary import split_actions
 
@@ -101,3 +103,26 @@ def test_a_frame_alone_asks_for_nothing_else(text: str) -> None:
 )
 def test_changes_and_named_captures_are_read_as_they_are_meant(text: str, asked: str) -> None:
     assert without_request(text) == asked
+
+
+@pytest.mark.parametrize(
+    ("text", "understood"),
+    [
+        ("a figure eight walk", "in a figure eight walk"),
+        ("standing long jump", "stand still, then jump forward"),
+        ("start running from a standstill", "stand still, then run"),
+        ("goes from standing to sitting", "stand, then sit down"),
+        ("u-turn", "turn 180 degrees"),
+        ("jump and land on one foot", "jump, then land one foot"),
+        ("bends over to touch the toes", "bend over and touch toe"),
+        ("walks up three steps", "walk up step"),
+        ("walks three steps up", "walk up 3 steps"),
+        ("sits cross-legged", "sit cross-legged"),
+        ("hands up and then down", "raise hand up, then put hand down"),
+        ("walks with arms spread wide", "walk while raise both arm"),
+        ("hip hop", "hiphop"),
+        ("pushed by someone", "push"),
+    ],
+)
+def test_phrases_of_manner_are_read_as_what_is_measured(text: str, understood: str) -> None:
+    assert say(parse(without_request(text)).tree) == understood

@@ -7,11 +7,7 @@ from motiondb.body import body, rotation
 from motiondb.meaning import direction
 from motiondb.meaning.direction import furthest_part, gone
 from motiondb.meaning.extents import whole_occurrences
-from motiondb.meaning.occurrences import (
-    COUNTED,
-    find_occurrences,
-    measured_track,
-)
+from motiondb.meaning.occurrences import COUNTED, find_occurrences, measured_track
 from motiondb.records import FloatArray, Motion
 
 HEIGHT, SIDEWAYS, AHEAD, YAW = range(4)

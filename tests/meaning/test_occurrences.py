@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from motiondb.meaning.degrees import Degree, degree_of
+from motiondb.meaning.amounts import Degree, degree_of
 from motiondb.meaning.direction import gone_anywhere, trodden_anywhere
-from motiondb.meaning.occurrences import STANDING, event_of, find_occurrences
+from motiondb.meaning.occurrences import event_of, find_occurrences
+from motiondb.meaning.postures import EVERY_POSTURE, STANDING, posture_of
 from motiondb.meaning.travelled import longest_going, steady_speed
 from motiondb.records import FloatArray
 
@@ -165,3 +166,38 @@ def test_going_up_is_looked_for_in_the_whole_take() -> None:
     track[50:100, HEIGHT] += 0.3
     assert gone_anywhere(track, "up") == pytest.approx(2.0)
     assert gone_anywhere(track[:40], "up") == pytest.approx(0.0)
+
+
+@pytest.mark.parametrize(
+    ("action", "posture"),
+    [
+        (("raise", "left", "knee"), "lift left"),
+        (("stay", "low"), "low"),
+        (("stoop", "over"), "stoop"),
+        (("land", "theone", "foot"), "land one"),
+        (("land", "both", "foot"), "land both"),
+        (("hand", "hip"), "at any hip"),
+        (("jump", "low"), ""),
+    ],
+)
+def test_the_posture_of_an_action(action: tuple[str, ...], posture: str) -> None:
+    assert posture_of(action) == posture
+    assert not posture or posture in EVERY_POSTURE
+
+
+def test_postures_last_while_they_are_held() -> None:
+    """A raised knee, a bent trunk and low walking, each for half a second; and two landings."""
+    track = np.hstack([standing(), np.zeros((150, 6))])
+    track[20:35, 20] = 1.4  # the left thigh is level
+    assert find_occurrences(track, "lift left") == [(20, 35)]
+    assert find_occurrences(track, "lift right") == []
+    track[40:55, HEIGHT] -= 0.2
+    assert find_occurrences(track, "low") == [(40, 55)]
+    track[60:75, 14] = 0.6
+    assert find_occurrences(track, "stoop") == [(60, 75)]
+    for start, foot in ((90, 4), (120, 5)):
+        track[start : start + 10, HEIGHT], track[start : start + 10, FEET] = STANDING + 0.25, 0.3
+        track[start + 10 : start + 20, foot] = 0.3  # stays in the air
+    assert [len(find_occurrences(track, f"land {side}")) for side in ("left", "right")] == [1, 1]
+    assert find_occurrences(track, "land both") == []
+    assert len(find_occurrences(track, "land one")) == 2

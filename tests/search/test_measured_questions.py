@@ -11,7 +11,8 @@ import pytest
 import motiondb
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import readings, say
-from motiondb.meaning.occurrences import find_occurrences, sitting
+from motiondb.meaning.occurrences import find_occurrences
+from motiondb.meaning.postures import sitting
 from motiondb.records import FloatArray
 from motiondb.search import by_words
 from motiondb.search.asking import excluded_event
@@ -97,7 +98,14 @@ def test_a_posture_meanwhile_is_measured(db: motiondb.MotionDB) -> None:
 
 @pytest.mark.parametrize(
     ("asked", "posture"),
-    [("jump with the hands in the air", "overhead"), ("walk with both arms up", "raise both")],
+    [
+        ("jump with the hands in the air", "overhead"),
+        ("walk with both arms up", "raise both"),
+        ("walk with high knees", "lift"),
+        ("walk with hands on hips", "at any hip"),
+        ("crouched walk", "low"),
+        ("walks bent over", "stoop"),
+    ],
 )
 def test_hands_that_are_raised_meanwhile_are_measured_alone(
     db: motiondb.MotionDB, asked: str, posture: str
@@ -224,6 +232,7 @@ def test_what_is_named_as_not_used_leaves_no_probability(db: motiondb.MotionDB) 
         ("turn left by 90 degrees", 72.0, 108.0),
         ("walk, then turn right 90 degrees", 72.0, 108.0),
         ("turn at least 120 degrees", 120.0, 720.0),
+        ("turn left by 90 degrees while walking", 72.0, 108.0),
     ],
 )
 def test_angles_of_turns_are_measured(
