@@ -370,8 +370,7 @@ def hold_to_known(
 ) -> KnownQuestion:
     """Remove the words that no caption has from a question, and list them.
 
-    Of one action among others, a direction or a place alone is not left: of "then puts it back",
-    not "back", and of "looks at the ground", not "ground".
+    Of one action among others, a direction or place alone is not left: "back" of "puts it back".
     `seen`: Actions that stay as they are, since they are measured.
 
     >>> from motiondb.language.question.parse import parse
@@ -379,8 +378,7 @@ def hold_to_known(
     >>> known.understood, known.unknown
     ('sit', {'wlak': ('walk',), 'slowly': (), 'moonwalk': ('walk',)})
     """
-    unknown: dict[str, tuple[str, ...]] = {}
-    not_used = list(question.not_used)
+    unknown, not_used = dict[str, tuple[str, ...]](), list(question.not_used)
 
     def known(action: Action) -> Action | None:
         if action.words in seen:
