@@ -151,8 +151,17 @@ class ActionSources:
     is_usual: bool = False  # Whether these belong to the action, and were not asked for
 
 
-def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]) -> ActionSources:
-    """Find the captures that can show an action of a sentence with these verbs."""
+def find_sources(
+    learned: Learned,
+    action: PlannedAction,
+    verbs: Collection[str],
+    held: Callable[[int, str], Sequence[tuple[int, int]]] = lambda *_: (),
+) -> ActionSources:
+    """Find the captures that can show an action of a sentence with these verbs.
+
+    `held`: The times for which a capture holds a posture; of those that can show what is done in
+    it, these come first.
+    """
     listed = learned.listed_actions
     groups, left_out, measured = [], [], set[str]()
     searched = [group for group in action.groups if not _is_meanwhile(group)] or action.groups
@@ -161,6 +170,7 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
         for group in action.groups
         for d in (directions_of(group) if group in searched else (_held_by(group),))
     )
+    poses = [_held_by(group) for group in action.groups if group not in searched]
     for asked in searched:
         group = _without_measured(asked)
         measured.update(set(asked) - set(group))
@@ -180,7 +190,8 @@ def find_sources(learned: Learned, action: PlannedAction, verbs: Collection[str]
         if apart is not None and not _says_excluded(learned, actions, action):
             apart += _cost_of_measured(actions, words, beside)
             costs[capture] = apart + _cost_of_further(learned, actions, action)
-    joined = _of_saying_joined(learned, costs, action)
+    posed = {c: cost for c, cost in costs.items() if all(held(c, pose) for pose in poses)}
+    joined = _of_saying_joined(learned, posed or costs, action)
     sources_found = [
         _source(learned, capture, listed[capture], action, costs[capture])
         for capture in _least_costly(joined, learned.performers)

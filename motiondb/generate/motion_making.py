@@ -411,7 +411,7 @@ def _sources(
         if action.posture:
             of = seen_sources(learned, of, takes.held)
         if not of.sources and known:
-            of = find_sources(learned, action, wanted.verbs)
+            of = find_sources(learned, action, wanted.verbs, takes.held)
         found[action] = of
     chosen = []
     for action, wish in zip(wanted.actions, wishes or [PlaceWish()] * len(wanted.actions)):
