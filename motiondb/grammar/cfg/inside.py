@@ -37,12 +37,12 @@ from math import frexp, inf, ldexp, log
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from motiondb.grammar.cfg.automata import Automaton
-from motiondb.grammar.cfg.closure import BEST, SUM, kernel
+from motiondb.grammar.cfg.closure import BEST, SUM
 from motiondb.grammar.cfg.compiled import CompiledGrammar, Parts, Tails
 from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.grammar.kernels import kernel, maker
 from motiondb.records import FloatArray, IntArray
 
 MOST_PRODUCTS = 500_000_000
@@ -109,6 +109,7 @@ class _Work(NamedTuple):
 
     row: FloatArray  # (Q, S): values of the cells that begin at the state
     splits: IntArray  # (Q,): list of the states where such a cell ends
+    n_splits: IntArray  # (1,): length of this list
     base: FloatArray  # (S,): values of a cell before the chains
     full: FloatArray  # (S,): values of a cell after the chains
     touched: IntArray  # (S,): list of the symbols with a value in ``base``
@@ -135,7 +136,8 @@ def inside(
         pairs = tuple(sorted(pair for pair in met if pair[1] >= 0))
     closures = _closures(compiled, kind, automaton.stays.tobytes(), len(automaton.stays), pairs)
     rules = rules_of(compiled, kind)
-    made, is_whole = _fill(kind, automaton, rules, closures, shift)
+    fill = _fill if len(automaton.bounds) == len(loops) + 1 else _fill_blocks
+    made, is_whole = fill(kind == BEST, automaton, rules, closures, shift)
     if not is_whole:
         raise GrammarError(
             f"sentence: expected a chart of at most {MOST_PRODUCTS:,} products and"
@@ -212,43 +214,81 @@ def log_of(made: Inside, symbol: int, s: int, t: int) -> float:
     return log(value) + exponent * log(2.0) if value > 0.0 else -inf
 
 
-@njit(cache=True)
+@maker
 def _fill(
-    kind: int, auto: Automaton, rules: Rules, closures: _Closures, shift: bool
+    best: bool, auto: Automaton, rules: Rules, closures: _Closures, shift: bool
 ) -> tuple[Inside, bool]:
-    """Fill all cells; also return whether they are complete, or grew too large."""
-    n, n_symbols, loops = len(auto.loops), len(rules.left), auto.loops
-    rows = 1 if shift else n
-    cells, none = np.zeros((3, rows, n), np.int64), np.zeros(256, np.int64)
-    staying = closures.staying
-    made = Inside(cells[0], cells[1], cells[2], none, np.zeros(256), staying, loops, shift)
-    work = _Work(
-        np.zeros((n, n_symbols)),
-        np.zeros(n, np.int64),
-        np.zeros(n_symbols),
-        np.zeros(n_symbols),
-        np.zeros(n_symbols, np.int64),
-        np.zeros(n_symbols, np.int64),
-    )
-    # not literals, for which all is compiled again
-    used, n_products = int(np.int64(0)), int(np.int64(0))
-    for b in range(0 if shift else len(auto.bounds) - 2, -1, -1):
-        if loops[auto.bounds[b]] < 0:
-            for c in range(b, len(auto.bounds) - 1):
-                made, used = _fill_pair(kind == BEST, (b, c), auto, rules, made, used, work)
-            work.row[:] = 0.0
-        else:
-            made, used, more = _fill_row(kind == BEST, b, auto, rules, closures, made, used, work)
-            n_products += more
+    """Fill all cells of an automaton without blocks of several states.
+
+    Also returns whether they are complete, or grew too large.
+    """
+    made, work = _begin(auto, rules, closures.staying, shift)
+    n, used, n_products = len(auto.loops), 0, 0
+    for i in range(0 if shift else n - 1, -1, -1):
+        row = (i, i + 1, n)
+        made, used, more = _fill_row(best, row, auto, rules, closures, made, used, work)
+        _empty_row(made, i, work)
+        n_products += more
         if n_products > MOST_PRODUCTS or used > MOST_ENTRIES:
             return made, False
     return made, True
 
 
-@njit(cache=True)
+@maker
+def _fill_blocks(
+    best: bool, auto: Automaton, rules: Rules, closures: _Closures, shift: bool
+) -> tuple[Inside, bool]:
+    """Do the same for any automaton: few have blocks of several states, which take long to compile.
+
+    Cells between blocks one of which has several states are those of :func:`_solve_pair`.
+    """
+    made, work = _begin(auto, rules, closures.staying, shift)
+    bounds, loops = auto.bounds, auto.loops
+    n_blocks, used, n_products = len(bounds) - 1, 0, 0
+    for b in range(n_blocks - 1, -1, -1):
+        i = bounds[b]
+        alone = loops[i] >= 0
+        for c in range(b + alone, n_blocks):
+            j = bounds[c]
+            if alone and loops[j] >= 0:
+                made, used, more = _fill_row(
+                    best, (i, j, j + 1), auto, rules, closures, made, used, work
+                )
+                n_products += more
+            else:
+                made, used = _fill_pair(best, (b, c), auto, rules, made, used, work)
+                _add_splits(made, i, (j, bounds[c + 1]), work)
+            if n_products > MOST_PRODUCTS or used > MOST_ENTRIES:
+                return made, False
+        if alone:
+            _empty_row(made, i, work)
+        else:
+            work.row[:] = 0.0
+    return made, True
+
+
+@maker
+def _begin(auto: Automaton, rules: Rules, staying: FloatArray, shift: bool) -> tuple[Inside, _Work]:
+    """Return empty cells, and room for the work."""
+    n, n_symbols = len(auto.loops), len(rules.left)
+    rows = 1 if shift else n
+    cells, none = np.zeros((3, rows, n), np.int64), np.zeros(256, np.int64)
+    made = Inside(cells[0], cells[1], cells[2], none, np.zeros(256), staying, auto.loops, shift)
+    return made, _Work(
+        np.zeros((n, n_symbols)),
+        np.zeros(n, np.int64),
+        np.zeros(1, np.int64),
+        np.zeros(n_symbols),
+        np.zeros(n_symbols),
+        np.zeros(n_symbols, np.int64),
+        np.zeros(n_symbols, np.int64),
+    )
+
+
+@maker
 def _fill_row(
     best: bool,
-    b: int,
+    row: tuple[int, int, int],
     auto: Automaton,
     rules: Rules,
     closures: _Closures,
@@ -256,40 +296,50 @@ def _fill_row(
     used: int,
     work: _Work,
 ) -> tuple[Inside, int, int]:
-    """Fill the cells that begin at a block of one state.
+    """Fill the cells from a state i to the states [first, last), of one ``row`` (i, first, last).
 
     Returns the weights, the number of entries so far, and the number of products, which is too
     large if the row was given up.
     """
-    i, bounds, loops, row, splits = auto.bounds[b], auto.bounds, auto.loops, work.row, work.splits
-    edge, n_splits, n_products = auto.starts[i], 0, 0
-    for c in range(b + 1, len(bounds) - 1):
-        j = bounds[c]
-        if loops[j] < 0:
-            made, used = _fill_pair(best, (b, c), auto, rules, made, used, work)
-        else:
-            first, edge = _edges(auto.starts, auto.targets, i, j, edge)
-            top = _top_exponent(made, splits, n_splits, (i, j), edge > first)
-            for e in range(first, edge):
-                symbol = rules.first + auto.terminals[e]
-                work.touched[e - first] = symbol
-                work.base[symbol] = ldexp(auto.weights[e], -top)
-            span = (i, j, top, edge - first)
-            n_touched, more = _combine(best, made, n_splits, rules.by_right, rules.left, work, span)
-            pair = closures.pairs[loops[i], loops[j]]
-            n_reached = _climb(best, n_touched, closures, pair, work)
-            n_products += more
-            if n_products > MOST_PRODUCTS or used + n_reached > MOST_ENTRIES:
-                return made, used, MOST_PRODUCTS + 1
-            made = _grown(made, used + n_reached)
-            used = _store(made, (i, j), used, work, n_reached, top)
-        for t in range(j, bounds[c + 1]):
-            if made.begin[i, t] < made.end[i, t]:
-                splits[n_splits] = t
-                n_splits += 1
-    for j in splits[:n_splits]:
-        row[j, made.symbols[made.begin[i, j] : made.end[i, j]]] = 0.0
+    i, first, last = row
+    edge, n_products = auto.starts[i], 0
+    for j in range(first, last):
+        begin, edge = _edges(auto.starts, auto.targets, i, j, edge)
+        top = _top_exponent(made, work, (i, j), edge > begin)
+        for e in range(begin, edge):
+            symbol = rules.first + auto.terminals[e]
+            work.touched[e - begin] = symbol
+            work.base[symbol] = ldexp(auto.weights[e], -top)
+        span = (i, j, top, edge - begin)
+        n_touched, more = _combine(best, made, rules.by_right, rules.left, work, span)
+        pair = closures.pairs[auto.loops[i], auto.loops[j]]
+        n_reached = _climb(best, n_touched, closures, pair, work)
+        n_products += more
+        if n_products > MOST_PRODUCTS or used + n_reached > MOST_ENTRIES:
+            return made, used, MOST_PRODUCTS + 1
+        made = _grown(made, used + n_reached)
+        used = _store(made, (i, j), used, work, n_reached, top)
+        _add_splits(made, i, (j, j + 1), work)
     return made, used, n_products
+
+
+@kernel
+def _add_splits(made: Inside, i: int, states: tuple[int, int], work: _Work) -> None:
+    """List those of the states [first, last) where a cell that begins at i ends."""
+    for t in range(states[0], states[1]):
+        if made.begin[i, t] < made.end[i, t]:
+            work.splits[work.n_splits[0]] = t
+            work.n_splits[0] += 1
+
+
+@kernel
+def _empty_row(made: Inside, i: int, work: _Work) -> None:
+    """Empty the dense row of the cells that begin at a state, and the list of their ends."""
+    for place in range(work.n_splits[0]):
+        j = work.splits[place]
+        for entry in range(made.begin[i, j], made.end[i, j]):
+            work.row[j, made.symbols[entry]] = 0.0
+    work.n_splits[0] = 0
 
 
 @kernel
@@ -303,7 +353,7 @@ def _edges(starts: IntArray, targets: IntArray, i: int, j: int, edge: int) -> tu
     return first, edge
 
 
-@njit(cache=True)
+@maker
 def _fill_pair(
     best: bool,
     blocks: tuple[int, int],
@@ -323,7 +373,7 @@ def _fill_pair(
     return made, used
 
 
-@njit(cache=True)
+@maker
 def _grown(made: Inside, needed: int) -> Inside:
     """Return the weights with room for more entries, if more are needed."""
     if needed <= len(made.symbols):
@@ -376,7 +426,6 @@ def _store(
 def _combine(
     best: bool,
     made: Inside,
-    n_splits: int,
     by_right: Tails,
     left: IntArray,
     work: _Work,
@@ -390,8 +439,8 @@ def _combine(
     i, j, top, n_touched = span
     starts, tails, row = by_right.starts, by_right.tails, work.row
     base, touched, symbols, values = work.base, work.touched, made.symbols, made.values
-    n_products = n_splits
-    for place in range(n_splits):
+    n_products = work.n_splits[0]
+    for place in range(work.n_splits[0]):
         k = work.splits[place]
         one, other = (0, j - k) if made.shift else (k, j)
         low, high = made.begin[one, other], made.end[one, other]
@@ -452,13 +501,11 @@ def _sort(numbers: IntArray, n: int) -> None:
 
 
 @kernel
-def _top_exponent(
-    made: Inside, splits: IntArray, n_splits: int, cell: tuple[int, int], is_known: bool
-) -> int:
+def _top_exponent(made: Inside, work: _Work, cell: tuple[int, int], is_known: bool) -> int:
     """Return the greatest power of two among the products; that of an edge is 0."""
     (i, j), exponents, top = cell, made.exponents, 0
-    for place in range(n_splits):
-        k = splits[place]
+    for place in range(work.n_splits[0]):
+        k = work.splits[place]
         one, other = (0, j - k) if made.shift else (k, j)
         if made.begin[one, other] < made.end[one, other]:
             exponent = exponents[i, k] + exponents[one, other]
@@ -478,7 +525,7 @@ def _shift(full: FloatArray, reached: IntArray, n_reached: int) -> int:
     return frexp(greatest)[1] if greatest > 0.0 else 0
 
 
-@njit(cache=True)
+@maker
 def _solve_pair(
     best: bool, blocks: tuple[int, int], auto: Automaton, rules: Rules, made: Inside
 ) -> FloatArray:
@@ -536,7 +583,7 @@ def _raise(weights: FloatArray, new: FloatArray) -> bool:
     return changed
 
 
-@njit(cache=True)
+@maker
 def _within(made: Inside, n_symbols: int, first: int, last: int) -> FloatArray:
     """Return the weights (S, s, t) from the states of a block to each other."""
     weights = np.zeros((n_symbols, last - first, last - first))

@@ -19,15 +19,15 @@ from functools import lru_cache
 from math import frexp, inf, ldexp
 
 import numpy as np
-from numba import njit
 
 from motiondb.errors import suggestion
 from motiondb.grammar.cfg import automata
-from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, Sparse, kernel
+from motiondb.grammar.cfg.closure import BEST, COUNT, SUM, Sparse
 from motiondb.grammar.cfg.compiled import CompiledGrammar, Tails, compile_grammar, numbered
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, Tree, derive_by
 from motiondb.grammar.cfg.inside import Inside, find, inside
 from motiondb.grammar.cfg.trees import best_rules
+from motiondb.grammar.kernels import kernel, maker
 from motiondb.records import FloatArray, IntArray
 
 AnyGrammar = Grammar | CompiledGrammar
@@ -248,7 +248,7 @@ def _say(
     return f"{where}: expected {wanted}, found {symbol}, {kind}.{advice}"
 
 
-@njit(cache=True)
+@maker
 def forward(
     made: Inside, start: int, by_left: Tails, right: IntArray, corners: Sparse
 ) -> tuple[FloatArray, IntArray]:

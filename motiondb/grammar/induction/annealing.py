@@ -29,7 +29,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from motiondb.grammar.induction.law_checks import WEIGHT_BITS, Laws, keeps_laws, laws_of
 from motiondb.grammar.induction.proposals import Workspace, change
@@ -45,6 +44,7 @@ from motiondb.grammar.induction.rule_arrays import (
     rules_of,
     table_of,
 )
+from motiondb.grammar.kernels import maker
 from motiondb.grammar.rules.rule_set import RuleSet, recursive_lefts
 from motiondb.records import FloatArray, IntArray
 
@@ -87,7 +87,7 @@ def anneal(
     return rule_set if bits >= rule_set.bits() - 1e-9 else rules_of(table, rule_set)
 
 
-@njit(cache=True)
+@maker
 def _anneal(
     best: RuleTable,
     n_lefts: int,
@@ -136,13 +136,13 @@ def _anneal(
     return best_bits
 
 
-@njit(cache=True)
+@maker
 def _like(table: RuleTable, text: IntArray) -> RuleTable:
     """Make a table of the same size over a text."""
     return RuleTable(np.empty_like(table.rows), text, np.zeros(2, np.int64), table.n_terminals)
 
 
-@njit(cache=True)
+@maker
 def _pack(table: RuleTable) -> None:
     """Keep only those symbols of the text that rows use, at its beginning."""
     copy = table.text.copy()

@@ -9,9 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.induction.rule_arrays import (
     LEFT,
     LENGTH,
@@ -21,6 +19,7 @@ from motiondb.grammar.induction.rule_arrays import (
     mark_descendants,
     table_of,
 )
+from motiondb.grammar.kernels import kernel, maker
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.records import BoolArray, IntArray
 
@@ -89,7 +88,7 @@ class _Derived(NamedTuple):
     held: IntArray
 
 
-@njit(cache=True)
+@maker
 def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
     """Check the laws of :mod:`motiondb.grammar.rules.rule_set` on arrays.
 
@@ -225,7 +224,7 @@ def _grow_sets(table: RuleTable, laws: Laws, derived: _Derived) -> None:
                 grown = True
 
 
-@njit(cache=True)
+@maker
 def _ends_bottom_up(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bool:
     """Whether all cycles of rules lead through nonterminals that may loop only.
 
@@ -263,7 +262,7 @@ def _waits(table: RuleTable, k: int, waiting: BoolArray, others: BoolArray) -> b
     return False
 
 
-@njit(cache=True)
+@maker
 def _drop_loops(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bool:
     """Unmark the nonterminals that may loop and wait only for each other; whether there are any."""
     kept = waiting & may_loop[: waiting.size]
@@ -281,7 +280,7 @@ def _drop_loops(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bo
     return bool(kept.any())
 
 
-@njit(cache=True)
+@maker
 def _derives_itself_alone(table: RuleTable, nullable: BoolArray, alternatives: IntArray) -> bool:
     """Whether a nonterminal derives exactly itself."""
     waiting = alternatives > 0

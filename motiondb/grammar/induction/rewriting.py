@@ -8,7 +8,6 @@ room for it.
 
 from __future__ import annotations
 
-from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.induction.rule_arrays import (
     COUNT,
     LEFT,
@@ -27,6 +26,7 @@ from motiondb.grammar.induction.rule_arrays import (
     put,
     same_symbols,
 )
+from motiondb.grammar.kernels import kernel
 from motiondb.records import BoolArray, IntArray
 
 _NOWHERE = -1  # ``first`` of a missing substring

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motiondb.grammar.cfg.closure import kernel
+from motiondb.grammar.kernels import kernel
 from motiondb.grammar.rules.rule_set import Rules, RuleSet
 from motiondb.records import BoolArray, FloatArray, IntArray
 

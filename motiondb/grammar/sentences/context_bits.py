@@ -31,9 +31,8 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
-from motiondb.grammar.cfg.closure import kernel
+from motiondb.grammar.kernels import kernel, maker
 from motiondb.grammar.sentences.repeats import cover_repeats
 from motiondb.records import FloatArray, IntArray
 
@@ -80,7 +79,7 @@ class _Group(NamedTuple):
     q: int
 
 
-@njit(cache=True)
+@maker
 def group_by_contexts(
     table: IntArray, text: IntArray, size: Size, n_terminals: int, n_repeats: int
 ) -> tuple[int, int, int, float]:
@@ -164,7 +163,7 @@ def _add_left(
                 _compare(rights, r, a)
 
 
-@njit(cache=True)
+@maker
 def _best_group(
     rights: _Rights, lefts: _Lefts, n_rights: int, length: int, alphabet: int
 ) -> _Group:
@@ -203,7 +202,7 @@ def _count_members(rights: _Rights, n_rights: int, group: _Group) -> tuple[int, 
     return g, nodes
 
 
-@njit(cache=True)
+@maker
 def _members(rights: _Rights, n_rights: int, group: _Group) -> IntArray:
     """Return the numbers of the members of a group, ascending."""
     members = np.empty(n_rights, dtype=np.int64)
@@ -310,11 +309,9 @@ def cover_string(symbols: IntArray, n_terminals: int) -> CoveredString:
             number[spelled] = len(firsts)
             firsts.append((start, length))
         repeat_at[start] = number[spelled]
-    table = np.array(firsts, dtype=np.int64).reshape(-1, 2)
+    begins, sizes = np.array(firsts, dtype=np.int64).reshape(-1, 2).T.copy()
     hashes, powers = _hashes(symbols)
-    return CoveredString(
-        symbols, n_terminals, repeat_at, table[:, 0], table[:, 1], inside, hashes, powers
-    )
+    return CoveredString(symbols, n_terminals, repeat_at, begins, sizes, inside, hashes, powers)
 
 
 def context_bits(covered: CoveredString, starts: IntArray, ends: IntArray) -> float:
@@ -329,7 +326,7 @@ def context_bits(covered: CoveredString, starts: IntArray, ends: IntArray) -> fl
     return float(bits)
 
 
-@njit(cache=True)
+@maker
 def _hashes(
     symbols: IntArray,
 ) -> tuple[npt.NDArray[np.uint64], npt.NDArray[np.uint64]]:
@@ -342,7 +339,7 @@ def _hashes(
     return hashes, powers
 
 
-@njit(cache=True)
+@maker
 def _context_grammar(
     cover: CoveredString, starts: IntArray, ends: IntArray, table: IntArray, text: IntArray
 ) -> tuple[float, int, npt.NDArray[np.bool_]]:
@@ -377,7 +374,7 @@ def _context_grammar(
     return length * np.log2(n_nonterminals + n_terminals + 1) + data, n_rights, used
 
 
-@njit(cache=True)
+@maker
 def _write_sentence(
     cover: CoveredString, used: npt.NDArray[np.bool_], i: int, stop: int, text: IntArray, end: int
 ) -> int:
@@ -397,7 +394,7 @@ def _write_sentence(
     return end
 
 
-@njit(cache=True)
+@maker
 def _distinct(
     hashes: npt.NDArray[np.uint64],
     powers: npt.NDArray[np.uint64],
@@ -427,7 +424,7 @@ def _distinct(
     return firsts[:n_distinct], counts[:n_distinct]
 
 
-@njit(cache=True)
+@maker
 def _paying_repeats(
     cover: CoveredString, starts: IntArray, ends: IntArray, firsts: IntArray
 ) -> npt.NDArray[np.bool_]:

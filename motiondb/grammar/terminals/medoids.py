@@ -22,10 +22,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.grammar.kernels import maker
 from motiondb.records import FloatArray, IntArray
 
 _LEAST_GAIN = 1e-12  # Smallest relative decrease of E by a swap; smaller ones are rounding errors
@@ -69,7 +69,7 @@ def group_by_medoids(
     return medoids, nearest_medoids(costs, medoids)
 
 
-@njit(cache=True)
+@maker
 def nearest_medoids(costs: FloatArray, medoids: IntArray) -> IntArray:
     """Return the group of every thing from costs (medoid, thing); a medoid is in its own."""
     labels = np.zeros(costs.shape[1], np.int64)
@@ -82,7 +82,7 @@ def nearest_medoids(costs: FloatArray, medoids: IntArray) -> IntArray:
     return labels
 
 
-@njit(cache=True)
+@maker
 def _two_nearest(costs: FloatArray, medoids: IntArray, nearest: _Nearest) -> None:
     """Fill the group, the least and the second least cost of every thing."""
     near, first, second = nearest
@@ -96,7 +96,7 @@ def _two_nearest(costs: FloatArray, medoids: IntArray, nearest: _Nearest) -> Non
                 second[i] = cost
 
 
-@njit(cache=True)
+@maker
 def _swap(costs: FloatArray, prices: FloatArray, medoids: IntArray) -> IntArray:
     """Swap medoids, in place, until no swap lowers E."""
     n, n_groups = costs.shape[1], len(medoids)
@@ -122,7 +122,7 @@ def _swap(costs: FloatArray, prices: FloatArray, medoids: IntArray) -> IntArray:
     return medoids
 
 
-@njit(cache=True)
+@maker
 def _try_swap(costs: FloatArray, nearest: _Nearest, change: FloatArray) -> tuple[int, float]:
     """Return the medoid whose replacement by a thing changes E the most, and the change.
 
