@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from motiondb.grammar.cfg.context_free import GrammarError
-from motiondb.grammar.kernels import maker
+from motiondb.grammar.kernels import kernel, maker, merged
 from motiondb.records import BoolArray, FloatArray, IntArray
 
 SUM, BEST, COUNT = 0, 1, 2  # The semirings
@@ -115,7 +115,7 @@ def strong_components(starts: IntArray, targets: IntArray) -> IntArray:
     return label
 
 
-@maker
+@kernel
 def _pop_component(label: IntArray, stack: IntArray, n_stack: int, node: int, number: int) -> int:
     """Number the nodes of the stack down to ``node``; return the new size of the stack."""
     while True:
@@ -125,13 +125,13 @@ def _pop_component(label: IntArray, stack: IntArray, n_stack: int, node: int, nu
             return n_stack
 
 
-@maker
+@kernel
 def _plus(kind: int, a: float, b: float) -> float:
     """Add two weights in a semiring."""
     return max(a, b) if kind == BEST else a + b
 
 
-@maker
+@kernel
 def _star(kind: int, a: float) -> float:
     """Return 1 + a + a a + ... in a semiring."""
     if a == 0.0 or kind == BEST:
@@ -139,7 +139,7 @@ def _star(kind: int, a: float) -> float:
     return 1.0 / (1.0 - a) if kind == SUM and a < 1.0 else np.inf
 
 
-@maker
+@merged
 def _close_component(kind: int, inner: FloatArray) -> None:
     """Kleene's elimination in place: ``inner`` (m, m) becomes its closure."""
     m = len(inner)
@@ -159,7 +159,7 @@ def _close_component(kind: int, inner: FloatArray) -> None:
         inner[k, k] = star
 
 
-@maker
+@kernel
 def _gather(
     kind: int, node: int, graph: _Graph, rows: _Rows, component: _Component, n_reached: int
 ) -> int:
@@ -183,7 +183,7 @@ def _gather(
     return n_reached
 
 
-@maker
+@kernel
 def _multiply(kind: int, nodes: IntArray, rows: _Rows, component: _Component, used: int) -> int:
     """Write the rows of a component, inner times outer, and empty ``outer``.
 
@@ -284,7 +284,7 @@ def _close(
     return Sparse(places, above, factors), True
 
 
-@maker
+@merged
 def _by_number(label: IntArray) -> tuple[IntArray, int]:
     """Return the nodes by label, ascending, and the size of the largest component."""
     n = len(label)

@@ -42,7 +42,7 @@ from motiondb.grammar.cfg.automata import Automaton
 from motiondb.grammar.cfg.closure import BEST, SUM
 from motiondb.grammar.cfg.compiled import CompiledGrammar, Parts, Tails
 from motiondb.grammar.cfg.context_free import GrammarError
-from motiondb.grammar.kernels import kernel, maker
+from motiondb.grammar.kernels import kernel, maker, merged
 from motiondb.records import FloatArray, IntArray
 
 MOST_PRODUCTS = 500_000_000
@@ -342,7 +342,7 @@ def _empty_row(made: Inside, i: int, work: _Work) -> None:
     work.n_splits[0] = 0
 
 
-@kernel
+@merged
 def _edges(starts: IntArray, targets: IntArray, i: int, j: int, edge: int) -> tuple[int, int]:
     """Return the first edge from i to j and the one after the last, of those from ``edge`` on."""
     while edge < starts[i + 1] and targets[edge] < j:
@@ -467,7 +467,7 @@ def _combine(
     return n_touched, n_products
 
 
-@kernel
+@merged
 def _climb(best: bool, n_touched: int, closures: _Closures, pair: int, work: _Work) -> int:
     """Follow the chains from ``base`` (emptied) to ``full``; return the number of symbols."""
     base, full, starts = work.base, work.full, closures.starts
@@ -486,7 +486,7 @@ def _climb(best: bool, n_touched: int, closures: _Closures, pair: int, work: _Wo
     return n_reached
 
 
-@kernel
+@merged
 def _sort(numbers: IntArray, n: int) -> None:
     """Shell's sort of n numbers in place: it compiles faster than a general one."""
     gap = n // 2
@@ -500,7 +500,7 @@ def _sort(numbers: IntArray, n: int) -> None:
         gap //= 2
 
 
-@kernel
+@merged
 def _top_exponent(made: Inside, work: _Work, cell: tuple[int, int], is_known: bool) -> int:
     """Return the greatest power of two among the products; that of an edge is 0."""
     (i, j), exponents, top = cell, made.exponents, 0

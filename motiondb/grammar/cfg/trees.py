@@ -27,7 +27,7 @@ import numpy as np
 from motiondb.grammar.cfg.closure import BEST
 from motiondb.grammar.cfg.compiled import CompiledGrammar
 from motiondb.grammar.cfg.inside import Inside, Rules, find, log_of, rules_of
-from motiondb.grammar.kernels import kernel, maker
+from motiondb.grammar.kernels import maker, merged
 from motiondb.records import FloatArray, IntArray
 
 Item = tuple[int, int, int]
@@ -254,7 +254,7 @@ def _best_rules(made: Inside, rules: Rules, item: tuple[int, int, int]) -> IntAr
     return choices[:used]
 
 
-@kernel
+@merged
 def _first_rule(made: Inside, rules: Rules, symbol: int, span: tuple[int, int], goal: float) -> int:
     """Return the first rule of a symbol that reaches the goal between two states."""
     (i, j), rule_of = span, rules.rule_of

@@ -19,7 +19,7 @@ from motiondb.grammar.induction.rule_arrays import (
     mark_descendants,
     table_of,
 )
-from motiondb.grammar.kernels import kernel, maker
+from motiondb.grammar.kernels import kernel, maker, merged
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.records import BoolArray, IntArray
 
@@ -127,7 +127,7 @@ def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
     )
 
 
-@kernel
+@merged
 def _last_nonterminal(table: RuleTable) -> int:
     """Return the greatest nonterminal with rules, or on a right side, where it may have none."""
     last = 0
@@ -165,7 +165,7 @@ def _read_right(
     return _FITS, total, bits, empty
 
 
-@kernel
+@merged
 def _repeats_nullable(table: RuleTable, nullable: BoolArray) -> bool:
     """Whether a nonterminal that may be empty occurs next to itself."""
     text = table.text
@@ -178,7 +178,7 @@ def _repeats_nullable(table: RuleTable, nullable: BoolArray) -> bool:
     return False
 
 
-@kernel
+@merged
 def _solve_sums(table: RuleTable, laws: Laws, derived: _Derived) -> bool:
     """Fill the sums of weights; False if rules disagree, or a nonterminal derives no string.
 
@@ -207,7 +207,7 @@ def _solve_sums(table: RuleTable, laws: Laws, derived: _Derived) -> bool:
     return True
 
 
-@kernel
+@merged
 def _grow_sets(table: RuleTable, laws: Laws, derived: _Derived) -> None:
     """Determine which nonterminals may be empty, and the single terminals that each may hold."""
     grown = True
@@ -224,7 +224,7 @@ def _grow_sets(table: RuleTable, laws: Laws, derived: _Derived) -> None:
                 grown = True
 
 
-@maker
+@kernel
 def _ends_bottom_up(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bool:
     """Whether all cycles of rules lead through nonterminals that may loop only.
 
@@ -280,7 +280,7 @@ def _drop_loops(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bo
     return bool(kept.any())
 
 
-@maker
+@merged
 def _derives_itself_alone(table: RuleTable, nullable: BoolArray, alternatives: IntArray) -> bool:
     """Whether a nonterminal derives exactly itself."""
     waiting = alternatives > 0
@@ -294,7 +294,7 @@ def _derives_itself_alone(table: RuleTable, nullable: BoolArray, alternatives: I
     return bool(waiting.any())
 
 
-@kernel
+@merged
 def _waits_alone(table: RuleTable, k: int, waiting: BoolArray, nullable: BoolArray) -> bool:
     """Whether a rule of a nonterminal derives exactly a waiting one."""
     for r in range(table.used[ROWS]):

@@ -57,7 +57,7 @@ from motiondb.grammar.induction.refitting import (
     refit,
     refit_and_read,
 )
-from motiondb.grammar.kernels import maker
+from motiondb.grammar.kernels import kernel, maker
 from motiondb.grammar.rules.rule_set import (
     Right,
     Rules,
@@ -369,7 +369,7 @@ def _loop_places(rows: list[tuple[int, Right]], group: set[int]) -> BoolArray:
     return marks
 
 
-@maker
+@kernel
 def _most_entries(nodes: IntArray, bounds: IntArray, inside: BoolArray, places: BoolArray) -> int:
     """Return how often a tree enters a component from outside, at most.
 

@@ -34,8 +34,8 @@ from typing import NamedTuple
 import numpy as np
 
 from motiondb.grammar.induction.law_checks import is_lawful
-from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable
-from motiondb.grammar.kernels import kernel, maker
+from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable, copy_numbers
+from motiondb.grammar.kernels import kernel, maker, merged
 from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet, components, nullable_lefts
 from motiondb.records import BoolArray, FloatArray, IntArray
 
@@ -210,8 +210,9 @@ def _read_sentences(
         cover_bounds[k + 1], node_bounds[k + 1] = first + cover.size, low + of_sentence.shape[0]
         while node_bounds[k + 1] > nodes.shape[0]:
             nodes = np.concatenate((nodes, np.empty_like(nodes)))
-        covers[first : cover_bounds[k + 1]] = cover
-        nodes[low : node_bounds[k + 1]] = of_sentence
+        copy_numbers(cover, 0, cover.size, covers, first)
+        for j in range(of_sentence.shape[0]):
+            copy_numbers(of_sentence[j], 0, 4, nodes[low + j], 0)
     return covers[: cover_bounds[n]], cover_bounds, nodes, node_bounds
 
 
@@ -276,7 +277,7 @@ def _lower(costs: Costs, r: int, i: int, text: IntArray, chart: _Chart) -> bool:
     return lowered
 
 
-@maker
+@merged
 def _read(costs: Costs, sentence: IntArray, chart: _Chart) -> tuple[IntArray, IntArray]:
     """Return the cover of a sentence, empty if it has a tree, and the nodes of its trees."""
     table, n = costs.table, sentence.size
@@ -328,7 +329,7 @@ def _reach_ends(
     return low, high
 
 
-@kernel
+@merged
 def _read_terminal(
     reach: FloatArray, k: int, span: tuple[int, int], text: IntArray, start: int, symbol: int
 ) -> tuple[int, int]:
@@ -341,7 +342,7 @@ def _read_terminal(
     return least, greatest
 
 
-@kernel
+@merged
 def _read_nonterminal(
     chart: _Chart, k: int, span: tuple[int, int], left: int, start: int, most: int
 ) -> tuple[int, int]:
@@ -359,7 +360,7 @@ def _read_nonterminal(
     return least, greatest
 
 
-@maker
+@merged
 def _cheapest_cover(chart: _Chart, symbol_bits: float, n: int) -> tuple[IntArray, IntArray]:
     """Cover a sentence by symbols of a new rule.
 
@@ -408,7 +409,7 @@ def _nodes_of(table: RuleTable, chart: _Chart, sentence: IntArray, roots: IntArr
                     break
     nodes = np.empty((len(kept), 4), dtype=np.int64)
     for k in range(len(kept)):
-        nodes[k] = kept[k]
+        nodes[k, RULE], nodes[k, PARENT], nodes[k, PLACE], nodes[k, SPAN] = kept[k]
     return nodes
 
 

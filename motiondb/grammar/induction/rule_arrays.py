@@ -122,6 +122,13 @@ def copy_rows(source: RuleTable, goal: RuleTable) -> None:
 
 
 @kernel
+def copy_numbers(source: IntArray, first: int, n: int, goal: IntArray, place: int) -> None:
+    """Copy n numbers; unlike an assignment of slices, this compiles no message for other sizes."""
+    for k in range(n):
+        goal[place + k] = source[first + k]
+
+
+@kernel
 def bits_of(table: RuleTable, nodes: IntArray, alternatives: IntArray, logs: FloatArray) -> float:
     """Return the description length in bits.
 

@@ -52,7 +52,7 @@ import numpy as np
 from motiondb.grammar.kernels import maker
 from motiondb.grammar.terminals.candidates import Cells, cheapest_path, path_costs
 from motiondb.grammar.terminals.distances import Poses, segment_distances
-from motiondb.grammar.terminals.medoids import group_by_medoids
+from motiondb.grammar.terminals.medoids import group_by_medoids, two_least
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 
@@ -132,21 +132,6 @@ def warped_costs(
                         behind -= n_medoid
                         at += 1
                 out[c] = total * np.float32(length) / np.float32(n_medoid)
-
-
-@maker
-def two_least(
-    table: Float32Array, least: Float32Array, second: Float32Array, nearest: IntArray
-) -> None:
-    """Fill the least and second least cost of every cell, and the medoid of the least."""
-    for c in range(table.shape[1]):
-        least[c], second[c], nearest[c] = np.inf, np.inf, -1
-        for k in range(table.shape[0]):
-            cost = table[k, c]
-            if cost < least[c]:
-                second[c], least[c], nearest[c] = least[c], cost, k
-            elif cost < second[c]:
-                second[c] = cost
 
 
 @maker

@@ -30,7 +30,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from motiondb.grammar.kernels import kernel, part
+from motiondb.grammar.kernels import kernel, merged
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.energy.binding import SYNCHRONISATION
 from motiondb.scene.energy.energy import change, start_of, token_errors, undo
@@ -209,7 +209,7 @@ def chosen_by(errors: FloatArray, n_clips: IntArray, left: float) -> tuple[int, 
     return player, k
 
 
-@part
+@merged
 def _exchange(
     scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk, total: float
 ) -> tuple[bool, float]:
@@ -254,7 +254,7 @@ def _any_player(scene: SceneArrays, u: float, how: Walk) -> int:
     return player
 
 
-@part
+@merged
 def _clip_step(
     scene: SceneArrays,
     library: ClipArrays,
@@ -292,7 +292,7 @@ def _clip_step(
     return False
 
 
-@part
+@merged
 def _place_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk) -> bool:
     """Do a PLACE step of 0.1 to 3 times the usual size; return whether it was accepted."""
     player = _any_player(scene, u[1], how)
@@ -315,7 +315,7 @@ def _place_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Wal
     return False
 
 
-@part
+@merged
 def _delay_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk) -> bool:
     """Do a DELAY step of 0.3 to 10 times the usual size; return whether it was accepted."""
     player = _any_player(scene, u[1], how)
@@ -343,7 +343,7 @@ def _shift_all(scene: SceneArrays, library: ClipArrays, players: int, frames: in
     return float(scene.total[0])
 
 
-@part
+@merged
 def _meet_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk) -> bool:
     """Do a MEET step: a delay drawn around the one that fulfils a synchronisation.
 
