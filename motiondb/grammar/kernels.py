@@ -26,8 +26,8 @@ def kernel(function: F) -> F:
 
     Otherwise a function with a tuple of arrays as its argument counts references to each of them
     when it is called and when it returns, which takes longer than most of these functions. Without
-    counting, a function may read, write and slice the arrays it gets; it must not make arrays or
-    return an array.
+    counting, a function may read, write and slice the arrays it gets; it must not make arrays,
+    return an array or call a :func:`maker`.
     """
     return _made(function, _nrt=False)
 

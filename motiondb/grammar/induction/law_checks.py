@@ -224,7 +224,7 @@ def _grow_sets(table: RuleTable, laws: Laws, derived: _Derived) -> None:
                 grown = True
 
 
-@kernel
+@maker
 def _ends_bottom_up(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bool:
     """Whether all cycles of rules lead through nonterminals that may loop only.
 
