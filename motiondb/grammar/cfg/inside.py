@@ -130,10 +130,13 @@ def inside(
         pairs = tuple(sorted(pair for pair in met if pair[1] >= 0))
     closures = _closures(compiled, kind, automaton.stays.tobytes(), len(automaton.stays), pairs)
     rules = rules_of(compiled, kind)
-    fill = _fill
-    if len(automaton.bounds) <= len(loops):  # few automata have blocks of several states
-        from motiondb.grammar.cfg.blocks import fill_blocks as fill
-    made, is_whole = fill(kind == BEST, automaton, rules, closures, shift)
+    how = kind == BEST, automaton, rules, closures, shift
+    if len(automaton.bounds) > len(loops):
+        made, is_whole = _fill(*how)
+    else:
+        from motiondb.grammar.cfg.blocks import fill_blocks
+
+        made, is_whole = fill_blocks(*how)
     if not is_whole:
         raise GrammarError(
             f"sentence: expected a chart of at most {MOST_PRODUCTS:,} products and"

@@ -156,7 +156,7 @@ class RuleTable:
     # The step of the diagram, the player and the actions [first, last) of every item
     steps: tuple[tuple[int, int, int, int], ...] = ()
     wishes: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, ROW))
-    unasked: tuple[tuple[str, ...], ...] = ()  # By player (:meth:`.MotionGrammar.unasked`)
+    unasked: tuple[tuple[str, ...], ...] = ()  # By player, as ``MotionGrammar.unasked`` says
 
     @property
     def weighed(self) -> RuleTable:
