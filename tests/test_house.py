@@ -304,7 +304,8 @@ def documented(tree: ast.Module, public: set[str]) -> Iterator[tuple[str, str, s
                 continue
             wanted = node.name in public if inside is None else inside
             kernel = any(
-                re.search("jit|compiled|kernel", ast.unparse(d)) for d in node.decorator_list
+                re.search("jit|compiled|kernel|maker|merged", ast.unparse(d))
+                for d in node.decorator_list
             )
             names = {n.arg for n in ast.walk(node) if isinstance(n, ast.arg)}
             if isinstance(node, ast.ClassDef):

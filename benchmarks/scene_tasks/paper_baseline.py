@@ -23,10 +23,11 @@ from typing import Any
 import numpy as np
 
 from motiondb.database.scenes.scene_texts import SceneText
+from motiondb.grammar.kernels import kernel
 from motiondb.records import FloatArray
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy.energy import evaluate, token_errors
-from motiondb.scene.energy.placement import ClipArrays, compiled, put_origin
+from motiondb.scene.energy.placement import ClipArrays, put_origin
 from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays
 from motiondb.scene.sampling.annealing import bootstrap
 from motiondb.scene.sampling.clip_choice import clip_groups, uniform_entry
@@ -99,7 +100,7 @@ def run(
     }
 
 
-@compiled
+@kernel
 def walk_from_nothing(
     scene: SceneArrays,
     library: ClipArrays,

@@ -74,7 +74,7 @@ def endings_grammar(grammar: Grammar) -> Grammar:
     length of X.
 
     >>> from motiondb.grammar.cfg.context_free import read_grammar
-    >>> from motiondb.grammar.cfg.prefix import suggest
+    >>> from motiondb.grammar.cfg.parse import suggest
     >>> found = endings_grammar(read_grammar("S -> a b A" + chr(10) + "A -> c [0.5] | empty [0.5]"))
     >>> [(t, round(p, 2)) for t, p in suggest(found, [])]
     [('a', 0.4), ('b', 0.4), ('c', 0.2)]

@@ -11,7 +11,7 @@ import pytest
 
 from motiondb.grammar import foresight
 from motiondb.grammar.cfg.context_free import Grammar, read_grammar
-from motiondb.grammar.cfg.prefix import prefix_log_probability
+from motiondb.grammar.cfg.parse import prefix_log_probability
 from motiondb.grammar.induction.induction import induce
 from motiondb.grammar.languages import finite_state_grammar
 

@@ -14,8 +14,7 @@ from random_grammars import TOY
 
 from grammar_tasks.language_match import match_languages
 from motiondb.grammar.cfg.context_free import Grammar, GrammarError, Rule, read_grammar
-from motiondb.grammar.cfg.parse import ParseError, accepts, log_probability, parse
-from motiondb.grammar.cfg.prefix import suggest
+from motiondb.grammar.cfg.parse import ParseError, accepts, log_probability, parse, suggest
 from motiondb.grammar.derivation.derive import derive, nearest_length
 from motiondb.grammar.languages import (
     coverage,

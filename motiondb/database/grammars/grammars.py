@@ -30,7 +30,7 @@ from motiondb.database.loading import LearnedGrammar
 from motiondb.database.session import Topic
 from motiondb.database.values import listed, seeded
 from motiondb.errors import QueryError
-from motiondb.grammar.cfg import prefix
+from motiondb.grammar.cfg import parse as parsing
 from motiondb.grammar.cfg.context_free import GrammarError, Tree, derive_by
 from motiondb.grammar.cfg.loops import with_loops, with_loops_around
 from motiondb.grammar.derivation.complete import Completions, complete, sample_completions
@@ -335,7 +335,7 @@ class Grammars(Topic):
     ) -> tuple[tuple[str | None, float], ...]:
         """Return the terminals that may come next, with their probabilities; None is the end."""
         grammar = self.load(name).grammar
-        return prefix.suggest(grammar, grammar_sequences.terminals_of(grammar, beginning))
+        return parsing.suggest(grammar, grammar_sequences.terminals_of(grammar, beginning))
 
     def plan(
         self, name: str, beginning: str | Sequence[str], goal: str, shortest: bool = False

@@ -12,16 +12,13 @@ SUM (+, 1 / (1 - a)) gives probabilities, BEST (max, 1) the best chain, COUNT (+
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import NamedTuple, TypeVar, cast
+from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.grammar.kernels import kernel, maker, merged
 from motiondb.records import BoolArray, FloatArray, IntArray
-
-F = TypeVar("F", bound=Callable[..., object])
 
 SUM, BEST, COUNT = 0, 1, 2  # The semirings
 MOST_CHAINS = 4_000_000
@@ -29,18 +26,6 @@ MOST_CHAINS = 4_000_000
 each of which leads to every other, has 10,000."""
 MOST_STEPS = 200_000_000
 """Largest number of products of the closure of components. They take about a second."""
-
-
-def kernel(function: F) -> F:
-    """Compile a function that gets arrays and returns numbers, without counting references.
-
-    Otherwise a function with a tuple of arrays as its argument counts references to each of them
-    when it is called and when it returns, which takes longer than most of these functions. Without
-    counting, a function may read and write the arrays it gets; it must not make arrays, copy slices
-    or return an array.
-    """
-    made = njit(cache=True, _nrt=False)(function)  # type: ignore[call-overload]  # not in its types
-    return cast(F, made)
 
 
 class Sparse(NamedTuple):
@@ -79,7 +64,7 @@ class _Component(NamedTuple):
     is_reached: BoolArray  # (n,): whether each node has a weight in ``outer``
 
 
-@njit(cache=True)
+@maker
 def strong_components(starts: IntArray, targets: IntArray) -> IntArray:
     """Number the strongly connected components, so that edges lead to the same or a lower number.
 
@@ -130,7 +115,7 @@ def strong_components(starts: IntArray, targets: IntArray) -> IntArray:
     return label
 
 
-@njit(cache=True)
+@kernel
 def _pop_component(label: IntArray, stack: IntArray, n_stack: int, node: int, number: int) -> int:
     """Number the nodes of the stack down to ``node``; return the new size of the stack."""
     while True:
@@ -140,13 +125,13 @@ def _pop_component(label: IntArray, stack: IntArray, n_stack: int, node: int, nu
             return n_stack
 
 
-@njit(cache=True)
+@kernel
 def _plus(kind: int, a: float, b: float) -> float:
     """Add two weights in a semiring."""
     return max(a, b) if kind == BEST else a + b
 
 
-@njit(cache=True)
+@kernel
 def _star(kind: int, a: float) -> float:
     """Return 1 + a + a a + ... in a semiring."""
     if a == 0.0 or kind == BEST:
@@ -154,7 +139,7 @@ def _star(kind: int, a: float) -> float:
     return 1.0 / (1.0 - a) if kind == SUM and a < 1.0 else np.inf
 
 
-@njit(cache=True)
+@merged
 def _close_component(kind: int, inner: FloatArray) -> None:
     """Kleene's elimination in place: ``inner`` (m, m) becomes its closure."""
     m = len(inner)
@@ -174,7 +159,7 @@ def _close_component(kind: int, inner: FloatArray) -> None:
         inner[k, k] = star
 
 
-@njit(cache=True)
+@kernel
 def _gather(
     kind: int, node: int, graph: _Graph, rows: _Rows, component: _Component, n_reached: int
 ) -> int:
@@ -198,7 +183,7 @@ def _gather(
     return n_reached
 
 
-@njit(cache=True)
+@kernel
 def _multiply(kind: int, nodes: IntArray, rows: _Rows, component: _Component, used: int) -> int:
     """Write the rows of a component, inner times outer, and empty ``outer``.
 
@@ -224,7 +209,7 @@ def _multiply(kind: int, nodes: IntArray, rows: _Rows, component: _Component, us
     return used
 
 
-@njit(cache=True)
+@maker
 def _close_graph(kind: int, graph: _Graph, order: IntArray, largest: int) -> tuple[_Rows, bool]:
     """Return the closure by rows, and whether it is complete; ``order``: nodes by component."""
     label = graph.label
@@ -261,7 +246,7 @@ def _close_graph(kind: int, graph: _Graph, order: IntArray, largest: int) -> tup
     return _Rows(row_begin, row_end, columns, values), True
 
 
-@njit(cache=True)
+@maker
 def _close(
     kind: int, starts: IntArray, targets: IntArray, weights: FloatArray
 ) -> tuple[Sparse, bool]:
@@ -299,7 +284,7 @@ def _close(
     return Sparse(places, above, factors), True
 
 
-@njit(cache=True)
+@merged
 def _by_number(label: IntArray) -> tuple[IntArray, int]:
     """Return the nodes by label, ascending, and the size of the largest component."""
     n = len(label)

@@ -35,6 +35,7 @@ from motiondb.grammar.cfg.context_free import (
     GrammarError,
     check_grammar,
     derived_symbols,
+    reachable_symbols,
 )
 from motiondb.grammar.cfg.least_solution import (
     best_solution,
@@ -266,15 +267,7 @@ def _useful_rules(grammar: Grammar) -> list[int]:
     leaves = (s for s in grammar.terminals if not grammar.is_nonterminal(s))
     ending = derived_symbols((grammar.rules[r] for r in likely), leaves)
     likely = [r for r in likely if ending.issuperset(grammar.rules[r].right)]
-    by_left: dict[str, list[int]] = {}
-    for r in likely:
-        by_left.setdefault(grammar.rules[r].left, []).append(r)
-    reached, waiting = {grammar.start}, [grammar.start]
-    while waiting:
-        for r in by_left.get(waiting.pop(), ()):
-            new = set(grammar.rules[r].right) - reached
-            reached |= new
-            waiting.extend(sorted(new))
+    reached = reachable_symbols(Grammar(grammar.start, tuple(grammar.rules[r] for r in likely)))
     return [r for r in likely if grammar.rules[r].left in reached]
 
 

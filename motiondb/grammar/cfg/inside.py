@@ -14,8 +14,7 @@ solution for each class (:meth:`.compiled.CompiledGrammar.staying`). A step from
 a rule A -> B, or a tail one child of which stays in s or in t. The sum over all chains of such
 steps, unit cycles and left recursion included, is one closure for each pair of classes. So nothing
 is iterated, and the result is exact. Only blocks of several states (a pattern such as ``... a b
-...``) have a system of equations for each pair of blocks; it is iterated, parts first, from 0 to
-its least solution.
+...``) are iterated (:mod:`.blocks`).
 
 A cell (s, t) lists its symbols in ascending order with their values. A value is a number times a
 power of two that the whole cell shares, so that long sentences do not underflow. A tail takes its
@@ -37,12 +36,12 @@ from math import frexp, inf, ldexp, log
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from motiondb.grammar.cfg.automata import Automaton
-from motiondb.grammar.cfg.closure import BEST, SUM, kernel
+from motiondb.grammar.cfg.closure import BEST, SUM
 from motiondb.grammar.cfg.compiled import CompiledGrammar, Parts, Tails
 from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.grammar.kernels import kernel, maker, merged
 from motiondb.records import FloatArray, IntArray
 
 MOST_PRODUCTS = 500_000_000
@@ -51,11 +50,6 @@ sentence that is refused needs two charts, so the answer comes within 10 s. Lear
 far fewer: a passage of 900 symbols takes 0.1 s."""
 MOST_ENTRIES = 12_000_000
 """Largest number of entries of a chart: 192 MB, and twice that while the arrays grow."""
-
-_CLOSE = 1e-13  # Relative change of a weight below which an iteration has converged
-_MOST_ROUNDS = 100_000
-"""Largest number of iterations. Chosen by hand: a loop that continues with probability 0.999
-needs 30,000."""
 
 
 class Inside(NamedTuple):
@@ -94,7 +88,7 @@ class Rules(NamedTuple):
     first: int  # The first terminal
 
 
-class _Closures(NamedTuple):
+class Closures(NamedTuple):
     """What depends on loop classes, not on states."""
 
     staying: FloatArray  # (classes, S)
@@ -104,11 +98,12 @@ class _Closures(NamedTuple):
     values: FloatArray
 
 
-class _Work(NamedTuple):
+class Work(NamedTuple):
     """Cells of one state as dense rows; values by symbol, and lists of symbols that have one."""
 
     row: FloatArray  # (Q, S): values of the cells that begin at the state
     splits: IntArray  # (Q,): list of the states where such a cell ends
+    n_splits: IntArray  # (1,): length of this list
     base: FloatArray  # (S,): values of a cell before the chains
     full: FloatArray  # (S,): values of a cell after the chains
     touched: IntArray  # (S,): list of the symbols with a value in ``base``
@@ -135,7 +130,13 @@ def inside(
         pairs = tuple(sorted(pair for pair in met if pair[1] >= 0))
     closures = _closures(compiled, kind, automaton.stays.tobytes(), len(automaton.stays), pairs)
     rules = rules_of(compiled, kind)
-    made, is_whole = _fill(kind, automaton, rules, closures, shift)
+    how = kind == BEST, automaton, rules, closures, shift
+    if len(automaton.bounds) > len(loops):
+        made, is_whole = _fill(*how)
+    else:
+        from motiondb.grammar.cfg.blocks import fill_blocks
+
+        made, is_whole = fill_blocks(*how)
     if not is_whole:
         raise GrammarError(
             f"sentence: expected a chart of at most {MOST_PRODUCTS:,} products and"
@@ -164,7 +165,7 @@ def rules_of(compiled: CompiledGrammar, kind: int) -> Rules:
 @lru_cache(maxsize=64)
 def _closures(
     compiled: CompiledGrammar, kind: int, stays: bytes, n: int, pairs: tuple[tuple[int, int], ...]
-) -> _Closures:
+) -> Closures:
     """Return the weights of staying of each loop class, and the chains of pairs of classes."""
     classes = np.frombuffer(stays).reshape(n, -1)
     staying = np.array([compiled.staying(kind, terminals) for terminals in classes])
@@ -175,7 +176,7 @@ def _closures(
         numbers[pair] = number
     offsets = np.cumsum([0, *(len(one.columns) for one in made)])
     none = [np.zeros(0, np.int64)]
-    return _Closures(
+    return Closures(
         staying,
         numbers,
         np.array([one.starts + used for one, used in zip(made, offsets)], dtype=np.int64).reshape(
@@ -212,87 +213,104 @@ def log_of(made: Inside, symbol: int, s: int, t: int) -> float:
     return log(value) + exponent * log(2.0) if value > 0.0 else -inf
 
 
-@njit(cache=True)
+@maker
 def _fill(
-    kind: int, auto: Automaton, rules: Rules, closures: _Closures, shift: bool
+    best: bool, auto: Automaton, rules: Rules, closures: Closures, shift: bool
 ) -> tuple[Inside, bool]:
-    """Fill all cells; also return whether they are complete, or grew too large."""
-    n, n_symbols, loops = len(auto.loops), len(rules.left), auto.loops
-    rows = 1 if shift else n
-    cells, none = np.zeros((3, rows, n), np.int64), np.zeros(256, np.int64)
-    staying = closures.staying
-    made = Inside(cells[0], cells[1], cells[2], none, np.zeros(256), staying, loops, shift)
-    work = _Work(
-        np.zeros((n, n_symbols)),
-        np.zeros(n, np.int64),
-        np.zeros(n_symbols),
-        np.zeros(n_symbols),
-        np.zeros(n_symbols, np.int64),
-        np.zeros(n_symbols, np.int64),
-    )
-    # not literals, for which all is compiled again
-    used, n_products = int(np.int64(0)), int(np.int64(0))
-    for b in range(0 if shift else len(auto.bounds) - 2, -1, -1):
-        if loops[auto.bounds[b]] < 0:
-            for c in range(b, len(auto.bounds) - 1):
-                made, used = _fill_pair(kind == BEST, (b, c), auto, rules, made, used, work)
-            work.row[:] = 0.0
-        else:
-            made, used, more = _fill_row(kind == BEST, b, auto, rules, closures, made, used, work)
-            n_products += more
+    """Fill all cells of an automaton without blocks of several states.
+
+    Also returns whether they are complete, or grew too large.
+    """
+    made, work = empty_cells(auto, rules, closures.staying, shift)
+    n, used, n_products = len(auto.loops), 0, 0
+    for i in range(0 if shift else n - 1, -1, -1):
+        row = (i, i + 1, n)
+        made, used, more = fill_row(best, row, auto, rules, closures, made, used, work)
+        empty_row(made, i, work)
+        n_products += more
         if n_products > MOST_PRODUCTS or used > MOST_ENTRIES:
             return made, False
     return made, True
 
 
-@njit(cache=True)
-def _fill_row(
+@maker
+def empty_cells(
+    auto: Automaton, rules: Rules, staying: FloatArray, shift: bool
+) -> tuple[Inside, Work]:
+    """Return empty cells, and room for the work."""
+    n, n_symbols = len(auto.loops), len(rules.left)
+    rows = 1 if shift else n
+    cells, none = np.zeros((3, rows, n), np.int64), np.zeros(256, np.int64)
+    made = Inside(cells[0], cells[1], cells[2], none, np.zeros(256), staying, auto.loops, shift)
+    return made, Work(
+        np.zeros((n, n_symbols)),
+        np.zeros(n, np.int64),
+        np.zeros(1, np.int64),
+        np.zeros(n_symbols),
+        np.zeros(n_symbols),
+        np.zeros(n_symbols, np.int64),
+        np.zeros(n_symbols, np.int64),
+    )
+
+
+@maker
+def fill_row(
     best: bool,
-    b: int,
+    row: tuple[int, int, int],
     auto: Automaton,
     rules: Rules,
-    closures: _Closures,
+    closures: Closures,
     made: Inside,
     used: int,
-    work: _Work,
+    work: Work,
 ) -> tuple[Inside, int, int]:
-    """Fill the cells that begin at a block of one state.
+    """Fill the cells from a state i to the states [first, last), of one ``row`` (i, first, last).
 
     Returns the weights, the number of entries so far, and the number of products, which is too
     large if the row was given up.
     """
-    i, bounds, loops, row, splits = auto.bounds[b], auto.bounds, auto.loops, work.row, work.splits
-    edge, n_splits, n_products = auto.starts[i], 0, 0
-    for c in range(b + 1, len(bounds) - 1):
-        j = bounds[c]
-        if loops[j] < 0:
-            made, used = _fill_pair(best, (b, c), auto, rules, made, used, work)
-        else:
-            first, edge = _edges(auto.starts, auto.targets, i, j, edge)
-            top = _top_exponent(made, splits, n_splits, (i, j), edge > first)
-            for e in range(first, edge):
-                symbol = rules.first + auto.terminals[e]
-                work.touched[e - first] = symbol
-                work.base[symbol] = ldexp(auto.weights[e], -top)
-            span = (i, j, top, edge - first)
-            n_touched, more = _combine(best, made, n_splits, rules.by_right, rules.left, work, span)
-            pair = closures.pairs[loops[i], loops[j]]
-            n_reached = _climb(best, n_touched, closures, pair, work)
-            n_products += more
-            if n_products > MOST_PRODUCTS or used + n_reached > MOST_ENTRIES:
-                return made, used, MOST_PRODUCTS + 1
-            made = _grown(made, used + n_reached)
-            used = _store(made, (i, j), used, work, n_reached, top)
-        for t in range(j, bounds[c + 1]):
-            if made.begin[i, t] < made.end[i, t]:
-                splits[n_splits] = t
-                n_splits += 1
-    for j in splits[:n_splits]:
-        row[j, made.symbols[made.begin[i, j] : made.end[i, j]]] = 0.0
+    i, first, last = row
+    edge, n_products = auto.starts[i], 0
+    for j in range(first, last):
+        begin, edge = _edges(auto.starts, auto.targets, i, j, edge)
+        top = _top_exponent(made, work, (i, j), edge > begin)
+        for e in range(begin, edge):
+            symbol = rules.first + auto.terminals[e]
+            work.touched[e - begin] = symbol
+            work.base[symbol] = ldexp(auto.weights[e], -top)
+        span = (i, j, top, edge - begin)
+        n_touched, more = _combine(best, made, rules.by_right, rules.left, work, span)
+        pair = closures.pairs[auto.loops[i], auto.loops[j]]
+        n_reached = _climb(best, n_touched, closures, pair, work)
+        n_products += more
+        if n_products > MOST_PRODUCTS or used + n_reached > MOST_ENTRIES:
+            return made, used, MOST_PRODUCTS + 1
+        made = grown(made, used + n_reached)
+        used = store(made, (i, j), used, work, n_reached, top)
+        add_splits(made, i, (j, j + 1), work)
     return made, used, n_products
 
 
 @kernel
+def add_splits(made: Inside, i: int, states: tuple[int, int], work: Work) -> None:
+    """List those of the states [first, last) where a cell that begins at i ends."""
+    for t in range(states[0], states[1]):
+        if made.begin[i, t] < made.end[i, t]:
+            work.splits[work.n_splits[0]] = t
+            work.n_splits[0] += 1
+
+
+@kernel
+def empty_row(made: Inside, i: int, work: Work) -> None:
+    """Empty the dense row of the cells that begin at a state, and the list of their ends."""
+    for place in range(work.n_splits[0]):
+        j = work.splits[place]
+        for entry in range(made.begin[i, j], made.end[i, j]):
+            work.row[j, made.symbols[entry]] = 0.0
+    work.n_splits[0] = 0
+
+
+@merged
 def _edges(starts: IntArray, targets: IntArray, i: int, j: int, edge: int) -> tuple[int, int]:
     """Return the first edge from i to j and the one after the last, of those from ``edge`` on."""
     while edge < starts[i + 1] and targets[edge] < j:
@@ -303,28 +321,8 @@ def _edges(starts: IntArray, targets: IntArray, i: int, j: int, edge: int) -> tu
     return first, edge
 
 
-@njit(cache=True)
-def _fill_pair(
-    best: bool,
-    blocks: tuple[int, int],
-    auto: Automaton,
-    rules: Rules,
-    made: Inside,
-    used: int,
-    work: _Work,
-) -> tuple[Inside, int]:
-    """Fill the cells between two blocks; return the number of entries so far."""
-    weights, (b, c) = _solve_pair(best, blocks, auto, rules, made), blocks
-    for s in range(auto.bounds[b], auto.bounds[b + 1]):
-        for t in range(auto.bounds[c], auto.bounds[c + 1]):
-            n_reached = _take(weights[:, s - auto.bounds[b], t - auto.bounds[c]], work)
-            made = _grown(made, used + n_reached)
-            used = _store(made, (s, t), used, work, n_reached, 0)
-    return made, used
-
-
-@njit(cache=True)
-def _grown(made: Inside, needed: int) -> Inside:
+@maker
+def grown(made: Inside, needed: int) -> Inside:
     """Return the weights with room for more entries, if more are needed."""
     if needed <= len(made.symbols):
         return made
@@ -342,20 +340,8 @@ def _grown(made: Inside, needed: int) -> Inside:
 
 
 @kernel
-def _take(values: FloatArray, work: _Work) -> int:
-    """Copy values (S,) to ``full``; return the number of symbols that have one."""
-    n_reached = 0
-    for symbol in range(len(values)):
-        if values[symbol] > 0.0:
-            work.full[symbol] = values[symbol]
-            work.reached[n_reached] = symbol
-            n_reached += 1
-    return n_reached
-
-
-@kernel
-def _store(
-    made: Inside, cell: tuple[int, int], used: int, work: _Work, n_reached: int, top: int
+def store(
+    made: Inside, cell: tuple[int, int], used: int, work: Work, n_reached: int, top: int
 ) -> int:
     """Write ``full`` (emptied) as a cell and a row; return the number of entries so far."""
     full, reached, row = work.full, work.reached, work.row
@@ -376,10 +362,9 @@ def _store(
 def _combine(
     best: bool,
     made: Inside,
-    n_splits: int,
     by_right: Tails,
     left: IntArray,
-    work: _Work,
+    work: Work,
     span: tuple[int, int, int, int],
 ) -> tuple[int, int]:
     """Add the tails between two states, split at every state, to ``base``.
@@ -390,8 +375,8 @@ def _combine(
     i, j, top, n_touched = span
     starts, tails, row = by_right.starts, by_right.tails, work.row
     base, touched, symbols, values = work.base, work.touched, made.symbols, made.values
-    n_products = n_splits
-    for place in range(n_splits):
+    n_products = work.n_splits[0]
+    for place in range(work.n_splits[0]):
         k = work.splits[place]
         one, other = (0, j - k) if made.shift else (k, j)
         low, high = made.begin[one, other], made.end[one, other]
@@ -418,8 +403,8 @@ def _combine(
     return n_touched, n_products
 
 
-@kernel
-def _climb(best: bool, n_touched: int, closures: _Closures, pair: int, work: _Work) -> int:
+@merged
+def _climb(best: bool, n_touched: int, closures: Closures, pair: int, work: Work) -> int:
     """Follow the chains from ``base`` (emptied) to ``full``; return the number of symbols."""
     base, full, starts = work.base, work.full, closures.starts
     n_reached = 0
@@ -437,7 +422,7 @@ def _climb(best: bool, n_touched: int, closures: _Closures, pair: int, work: _Wo
     return n_reached
 
 
-@kernel
+@merged
 def _sort(numbers: IntArray, n: int) -> None:
     """Shell's sort of n numbers in place: it compiles faster than a general one."""
     gap = n // 2
@@ -451,14 +436,12 @@ def _sort(numbers: IntArray, n: int) -> None:
         gap //= 2
 
 
-@kernel
-def _top_exponent(
-    made: Inside, splits: IntArray, n_splits: int, cell: tuple[int, int], is_known: bool
-) -> int:
+@merged
+def _top_exponent(made: Inside, work: Work, cell: tuple[int, int], is_known: bool) -> int:
     """Return the greatest power of two among the products; that of an edge is 0."""
     (i, j), exponents, top = cell, made.exponents, 0
-    for place in range(n_splits):
-        k = splits[place]
+    for place in range(work.n_splits[0]):
+        k = work.splits[place]
         one, other = (0, j - k) if made.shift else (k, j)
         if made.begin[one, other] < made.end[one, other]:
             exponent = exponents[i, k] + exponents[one, other]
@@ -476,125 +459,3 @@ def _shift(full: FloatArray, reached: IntArray, n_reached: int) -> int:
         if value > greatest and value < inf:
             greatest = value
     return frexp(greatest)[1] if greatest > 0.0 else 0
-
-
-@njit(cache=True)
-def _solve_pair(
-    best: bool, blocks: tuple[int, int], auto: Automaton, rules: Rules, made: Inside
-) -> FloatArray:
-    """Return the weights (S, s, t) between two blocks, by iteration from 0, parts first."""
-    (b, c), bounds, parts, n_symbols = blocks, auto.bounds, rules.parts, len(rules.left)
-    span = bounds[b], bounds[b + 1], bounds[c], bounds[c + 1]
-    weights = np.zeros((n_symbols, span[1] - span[0], span[3] - span[2]))
-    given, new = np.zeros_like(weights), np.zeros(weights.shape[1:])
-    _put_edges(auto, span, rules.first, weights)
-    for symbol in range(n_symbols):
-        _add_between(best, symbol, span, rules, made, given[symbol])
-    near = _within(made, n_symbols, span[0], span[1]) if b < c else weights
-    far = _within(made, n_symbols, span[2], span[3]) if b < c else weights
-    for g in range(len(parts.cyclic)):
-        members = parts.members[parts.bounds[g] : parts.bounds[g + 1]]
-        for _ in range(_MOST_ROUNDS):
-            changed = False
-            for symbol in members:
-                if rules.left[symbol] >= 0:
-                    new[:] = given[symbol]
-                    _add_product(best, new, near[rules.left[symbol]], weights[rules.right[symbol]])
-                    if b < c:
-                        _add_product(
-                            best, new, weights[rules.left[symbol]], far[rules.right[symbol]]
-                        )
-                else:
-                    _add_rules(best, new, symbol, rules, weights, b == c)
-                changed = _raise(weights[symbol], new) or changed
-            if not changed or not parts.cyclic[g]:
-                break
-    return weights
-
-
-@kernel
-def _put_edges(
-    auto: Automaton, span: tuple[int, int, int, int], first: int, weights: FloatArray
-) -> None:
-    """Write the weights of the edges between two blocks into ``weights`` (S, s, t)."""
-    for s in range(span[0], span[1]):
-        for e in range(auto.starts[s], auto.starts[s + 1]):
-            if span[2] <= auto.targets[e] < span[3]:
-                symbol = first + auto.terminals[e]
-                weights[symbol, s - span[0], auto.targets[e] - span[2]] = auto.weights[e]
-
-
-@kernel
-def _raise(weights: FloatArray, new: FloatArray) -> bool:
-    """Raise weights to new ones; return whether one rose by more than rounding."""
-    changed = False
-    for s in range(new.shape[0]):
-        for t in range(new.shape[1]):
-            if new[s, t] > weights[s, t]:
-                changed = changed or new[s, t] - weights[s, t] > _CLOSE * new[s, t]
-                weights[s, t] = new[s, t]
-    return changed
-
-
-@njit(cache=True)
-def _within(made: Inside, n_symbols: int, first: int, last: int) -> FloatArray:
-    """Return the weights (S, s, t) from the states of a block to each other."""
-    weights = np.zeros((n_symbols, last - first, last - first))
-    for symbol in range(n_symbols):
-        for s in range(first, last):
-            for t in range(first, last):
-                value, exponent = find(made, symbol, s, t)
-                weights[symbol, s - first, t - first] = ldexp(value, exponent)
-    return weights
-
-
-@kernel
-def _add_between(
-    best: bool,
-    tail: int,
-    span: tuple[int, int, int, int],
-    rules: Rules,
-    made: Inside,
-    new: FloatArray,
-) -> None:
-    """Add what a tail derives by way of the states strictly between two blocks."""
-    if rules.left[tail] < 0:
-        return
-    for s in range(span[0], span[1]):
-        for u in range(span[1], span[2]):
-            first, up = find(made, rules.left[tail], s, u)
-            if first == 0.0:
-                continue
-            for t in range(span[2], span[3]):
-                second, more = find(made, rules.right[tail], u, t)
-                value, place = ldexp(first * second, up + more), (s - span[0], t - span[2])
-                new[place] = max(new[place], value) if best else new[place] + value
-
-
-@kernel
-def _add_product(best: bool, new: FloatArray, first: FloatArray, second: FloatArray) -> None:
-    """Add the product of two matrices, or take the greater of both."""
-    for s in range(first.shape[0]):
-        for u in range(first.shape[1]):
-            if first[s, u] > 0.0:
-                for t in range(second.shape[1]):
-                    value = first[s, u] * second[u, t]
-                    new[s, t] = max(new[s, t], value) if best else new[s, t] + value
-
-
-@kernel
-def _add_rules(
-    best: bool, new: FloatArray, symbol: int, rules: Rules, weights: FloatArray, same: bool
-) -> None:
-    """Fill ``new`` (s, t) with what the rules of a nonterminal derive."""
-    new[:] = 0.0
-    for r in range(rules.rule_of[symbol], rules.rule_of[symbol + 1]):
-        below = rules.rule_right[r]
-        for s in range(new.shape[0]):
-            for t in range(new.shape[1]):
-                value = 0.0
-                if below >= 0:
-                    value = rules.weights[r] * weights[below, s, t]
-                elif same and s == t:
-                    value = rules.weights[r]
-                new[s, t] = max(new[s, t], value) if best else new[s, t] + value

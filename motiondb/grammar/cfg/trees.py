@@ -23,11 +23,11 @@ from math import inf, ldexp, log
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from motiondb.grammar.cfg.closure import BEST, kernel
+from motiondb.grammar.cfg.closure import BEST
 from motiondb.grammar.cfg.compiled import CompiledGrammar
 from motiondb.grammar.cfg.inside import Inside, Rules, find, log_of, rules_of
+from motiondb.grammar.kernels import maker, merged
 from motiondb.records import FloatArray, IntArray
 
 Item = tuple[int, int, int]
@@ -180,7 +180,7 @@ def _listed(rules: _Rules) -> list[int]:
     return chosen[::-1]
 
 
-@njit(cache=True)
+@maker
 def _splits(
     made: Inside, item: tuple[int, int, int], left: int, right: int
 ) -> tuple[IntArray, FloatArray]:
@@ -218,7 +218,7 @@ def best_rules(
     return _best_rules(made, rules, (compiled.start, s, t))
 
 
-@njit(cache=True)
+@maker
 def _best_rules(made: Inside, rules: Rules, item: tuple[int, int, int]) -> IntArray:
     """Return the rules of the best tree of an item in preorder."""
     left, right, rule_of, rule_right = rules.left, rules.right, rules.rule_of, rules.rule_right
@@ -254,7 +254,7 @@ def _best_rules(made: Inside, rules: Rules, item: tuple[int, int, int]) -> IntAr
     return choices[:used]
 
 
-@kernel
+@merged
 def _first_rule(made: Inside, rules: Rules, symbol: int, span: tuple[int, int], goal: float) -> int:
     """Return the first rule of a symbol that reaches the goal between two states."""
     (i, j), rule_of = span, rules.rule_of

@@ -17,8 +17,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from motiondb.grammar.cfg.context_free import GrammarError, Tree
-from motiondb.grammar.cfg.parse import AnyGrammar, compiled_form, log_probability, parse
-from motiondb.grammar.cfg.prefix import best_strings
+from motiondb.grammar.cfg.parse import (
+    AnyGrammar,
+    best_strings,
+    compiled_form,
+    log_probability,
+    parse,
+)
 from motiondb.grammar.derivation.derive import MEAN_LENGTH, derive
 
 _TRIES = 25  # draws for each alternative; chosen by hand, not tuned

@@ -29,7 +29,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from motiondb.grammar.induction.law_checks import WEIGHT_BITS, Laws, keeps_laws, laws_of
 from motiondb.grammar.induction.proposals import Workspace, change
@@ -41,10 +40,12 @@ from motiondb.grammar.induction.rule_arrays import (
     SYMBOLS,
     RuleTable,
     bits_of,
+    copy_numbers,
     copy_rows,
     rules_of,
     table_of,
 )
+from motiondb.grammar.kernels import maker, merged
 from motiondb.grammar.rules.rule_set import RuleSet, recursive_lefts
 from motiondb.records import FloatArray, IntArray
 
@@ -87,7 +88,7 @@ def anneal(
     return rule_set if bits >= rule_set.bits() - 1e-9 else rules_of(table, rule_set)
 
 
-@njit(cache=True)
+@maker
 def _anneal(
     best: RuleTable,
     n_lefts: int,
@@ -111,7 +112,7 @@ def _anneal(
     for number in range(schedule.tries):
         if current.used[SYMBOLS] > 3 * current.text.size // 4:
             _pack(current)
-        work.alternatives[:] = alternatives
+        copy_numbers(alternatives, 0, n_lefts, work.alternatives, 0)
         place = change(current, work, laws.loops, rng)
         if place < 0:
             continue
@@ -127,29 +128,29 @@ def _anneal(
         if not keeps_laws(tried, work.alternatives, laws):
             continue
         copy_rows(tried, current)
-        alternatives[:] = work.alternatives
+        copy_numbers(work.alternatives, 0, n_lefts, alternatives, 0)
         bits = new_bits
         if bits < best_bits - 1e-9:
             best_bits = bits
             copy_rows(current, best)
-            best.text[: best.used[SYMBOLS]] = current.text[: best.used[SYMBOLS]]
+            copy_numbers(current.text, 0, best.used[SYMBOLS], best.text, 0)
     return best_bits
 
 
-@njit(cache=True)
+@maker
 def _like(table: RuleTable, text: IntArray) -> RuleTable:
     """Make a table of the same size over a text."""
     return RuleTable(np.empty_like(table.rows), text, np.zeros(2, np.int64), table.n_terminals)
 
 
-@njit(cache=True)
+@merged
 def _pack(table: RuleTable) -> None:
     """Keep only those symbols of the text that rows use, at its beginning."""
     copy = table.text.copy()
     end = 0
     for r in range(table.used[ROWS]):
         offset, length = table.rows[r, OFFSET], table.rows[r, LENGTH]
-        table.text[end : end + length] = copy[offset : offset + length]
+        copy_numbers(copy, offset, length, table.text, end)
         table.rows[r, OFFSET] = end
         end += length
     table.used[SYMBOLS] = end

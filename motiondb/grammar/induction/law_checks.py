@@ -9,9 +9,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.induction.rule_arrays import (
     LEFT,
     LENGTH,
@@ -21,6 +19,7 @@ from motiondb.grammar.induction.rule_arrays import (
     mark_descendants,
     table_of,
 )
+from motiondb.grammar.kernels import kernel, maker, merged
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.records import BoolArray, IntArray
 
@@ -89,7 +88,7 @@ class _Derived(NamedTuple):
     held: IntArray
 
 
-@njit(cache=True)
+@maker
 def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
     """Check the laws of :mod:`motiondb.grammar.rules.rule_set` on arrays.
 
@@ -128,7 +127,7 @@ def keeps_laws(table: RuleTable, alternatives: IntArray, laws: Laws) -> bool:
     )
 
 
-@kernel
+@merged
 def _last_nonterminal(table: RuleTable) -> int:
     """Return the greatest nonterminal with rules, or on a right side, where it may have none."""
     last = 0
@@ -166,7 +165,7 @@ def _read_right(
     return _FITS, total, bits, empty
 
 
-@kernel
+@merged
 def _repeats_nullable(table: RuleTable, nullable: BoolArray) -> bool:
     """Whether a nonterminal that may be empty occurs next to itself."""
     text = table.text
@@ -179,7 +178,7 @@ def _repeats_nullable(table: RuleTable, nullable: BoolArray) -> bool:
     return False
 
 
-@kernel
+@merged
 def _solve_sums(table: RuleTable, laws: Laws, derived: _Derived) -> bool:
     """Fill the sums of weights; False if rules disagree, or a nonterminal derives no string.
 
@@ -208,7 +207,7 @@ def _solve_sums(table: RuleTable, laws: Laws, derived: _Derived) -> bool:
     return True
 
 
-@kernel
+@merged
 def _grow_sets(table: RuleTable, laws: Laws, derived: _Derived) -> None:
     """Determine which nonterminals may be empty, and the single terminals that each may hold."""
     grown = True
@@ -225,7 +224,7 @@ def _grow_sets(table: RuleTable, laws: Laws, derived: _Derived) -> None:
                 grown = True
 
 
-@njit(cache=True)
+@maker
 def _ends_bottom_up(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bool:
     """Whether all cycles of rules lead through nonterminals that may loop only.
 
@@ -263,7 +262,7 @@ def _waits(table: RuleTable, k: int, waiting: BoolArray, others: BoolArray) -> b
     return False
 
 
-@njit(cache=True)
+@maker
 def _drop_loops(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bool:
     """Unmark the nonterminals that may loop and wait only for each other; whether there are any."""
     kept = waiting & may_loop[: waiting.size]
@@ -281,7 +280,7 @@ def _drop_loops(table: RuleTable, waiting: BoolArray, may_loop: BoolArray) -> bo
     return bool(kept.any())
 
 
-@njit(cache=True)
+@merged
 def _derives_itself_alone(table: RuleTable, nullable: BoolArray, alternatives: IntArray) -> bool:
     """Whether a nonterminal derives exactly itself."""
     waiting = alternatives > 0
@@ -295,7 +294,7 @@ def _derives_itself_alone(table: RuleTable, nullable: BoolArray, alternatives: I
     return bool(waiting.any())
 
 
-@kernel
+@merged
 def _waits_alone(table: RuleTable, k: int, waiting: BoolArray, nullable: BoolArray) -> bool:
     """Whether a rule of a nonterminal derives exactly a waiting one."""
     for r in range(table.used[ROWS]):

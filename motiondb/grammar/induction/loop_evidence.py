@@ -45,7 +45,6 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
 from motiondb.grammar.induction.refitting import (
     PARENT,
@@ -58,6 +57,7 @@ from motiondb.grammar.induction.refitting import (
     refit,
     refit_and_read,
 )
+from motiondb.grammar.kernels import kernel, maker
 from motiondb.grammar.rules.rule_set import (
     Right,
     Rules,
@@ -369,7 +369,7 @@ def _loop_places(rows: list[tuple[int, Right]], group: set[int]) -> BoolArray:
     return marks
 
 
-@njit(cache=True)
+@kernel
 def _most_entries(nodes: IntArray, bounds: IntArray, inside: BoolArray, places: BoolArray) -> int:
     """Return how often a tree enters a component from outside, at most.
 
@@ -405,7 +405,7 @@ def stops_at_bound(rounds: IntArray, counts: IntArray, least_chance: float = _LE
     return at_bound >= _FEWEST_AT_BOUND and chance < least_chance
 
 
-@njit(cache=True)
+@maker
 def _all_rounds(nodes: IntArray, bounds: IntArray, row: int, places: BoolArray) -> IntArray:
     """Return what :func:`_rounds` says of each tree (trees, 3)."""
     judged = np.empty((bounds.size - 1, 3), dtype=np.int64)
@@ -415,7 +415,7 @@ def _all_rounds(nodes: IntArray, bounds: IntArray, row: int, places: BoolArray) 
     return judged
 
 
-@njit(cache=True)
+@maker
 def _rounds(nodes: IntArray, row: int, places: BoolArray) -> tuple[int, int, int]:
     """Return the rounds of a rule, and whether rounds of its loop are above and below one.
 

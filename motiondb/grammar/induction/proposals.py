@@ -15,13 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.induction.rewriting import (
     edit_substrings,
     merge,
     replace,
     substitute,
-    substitute_once,
 )
 from motiondb.grammar.induction.rule_arrays import (
     LEFT,
@@ -39,6 +37,7 @@ from motiondb.grammar.induction.rule_arrays import (
     same_symbols,
     shared_ends,
 )
+from motiondb.grammar.kernels import kernel, merged
 from motiondb.records import BoolArray, IntArray
 
 _IS_NONTERMINAL = 0.5
@@ -217,22 +216,20 @@ def change(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Genera
     return _try_substitute(table, work, symbol)
 
 
-@kernel
+@merged
 def _try_substitute(table: RuleTable, work: Workspace, symbol: int) -> int:
     """Substitute a nonterminal of one rule everywhere, or one of several that is used once."""
-    if work.alternatives[symbol - table.n_terminals] == 1:
-        return 0 if substitute(table, work.goals[0], symbol) else _NOTHING
     uses = 0
     for r in range(table.used[ROWS]):
         offset = table.rows[r, OFFSET]
         for k in range(offset, offset + table.rows[r, LENGTH]):
             uses += table.text[k] == symbol
-    if uses != 1:
+    if uses != 1 and work.alternatives[symbol - table.n_terminals] > 1:
         return _NOTHING
-    return 0 if substitute_once(table, work.goals[0], symbol) else _NOTHING
+    return 0 if substitute(table, work.goals[0], symbol) else _NOTHING
 
 
-@kernel
+@merged
 def _try_exchange(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Merge two right sides of a nonterminal; their differing parts become alternatives."""
     rows = table.rows
@@ -286,7 +283,7 @@ def _join(
     return 0 if edit_substrings(table, work.goals[0], a, b, symbol) else _NOTHING
 
 
-@kernel
+@merged
 def _try_class(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Make two parts between the same neighbours alternatives of one nonterminal."""
     a = draw(rng, table.used[ROWS])
@@ -315,7 +312,7 @@ def _try_class(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Ge
     )
 
 
-@kernel
+@merged
 def _substring_between(table: RuleTable, first: Substring, rng: np.random.Generator) -> Substring:
     """Return a random other substring between the same neighbours; row -1 if there is none."""
     before, _ = neighbours(table, first)
@@ -334,7 +331,7 @@ def _substring_between(table: RuleTable, first: Substring, rng: np.random.Genera
     return Substring(-1, 0, 0)
 
 
-@kernel
+@merged
 def _join_everywhere(
     table: RuleTable,
     work: Workspace,
@@ -366,7 +363,7 @@ def _join_everywhere(
     return 1 - place
 
 
-@kernel
+@merged
 def _try_chunk(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Generator) -> int:
     """Replace a part that occurs in several places by a nonterminal."""
     a = draw(rng, table.used[ROWS])
@@ -392,7 +389,7 @@ def _try_chunk(table: RuleTable, work: Workspace, loops: bool, rng: np.random.Ge
     return 0 if replace(table, work.goals[0], part, symbol, work.spared, -1) else _NOTHING
 
 
-@kernel
+@merged
 def _try_fold(
     table: RuleTable, r: int, work: Workspace, loops: bool, rng: np.random.Generator
 ) -> int:

@@ -32,11 +32,10 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
-from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.induction.law_checks import is_lawful
-from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable
+from motiondb.grammar.induction.rule_arrays import LEFT, LENGTH, OFFSET, RuleTable, copy_numbers
+from motiondb.grammar.kernels import kernel, maker, merged
 from motiondb.grammar.rules.rule_set import Right, Rules, RuleSet, components, nullable_lefts
 from motiondb.records import BoolArray, FloatArray, IntArray
 
@@ -151,7 +150,7 @@ def cheapest_parts(costs: Costs, text: IntArray, longest: int) -> FloatArray:
     and its length.
     """
     chart = _chart(costs, len(text), longest, 0)
-    _fill(costs, text, chart, False)
+    _fill(costs, text, chart)
     return chart.best
 
 
@@ -191,7 +190,7 @@ def read_all(donor: RuleSet, sentences: Iterable[Right]) -> Parsed | None:
     return rows, parses
 
 
-@njit(cache=True)
+@maker
 def _read_sentences(
     costs: Costs, text: IntArray, bounds: IntArray, chart: _Chart
 ) -> tuple[IntArray, IntArray, IntArray, IntArray]:
@@ -205,21 +204,22 @@ def _read_sentences(
     covers, nodes = np.empty(text.size, np.int64), np.empty((4 * text.size + 16, 4), np.int64)
     for k in range(n):
         sentence = text[bounds[k] : bounds[k + 1]]
-        _fill(costs, sentence, chart, True)
+        _fill(costs, sentence, chart)
         cover, of_sentence = _read(costs, sentence, chart)
         first, low = cover_bounds[k], node_bounds[k]
         cover_bounds[k + 1], node_bounds[k + 1] = first + cover.size, low + of_sentence.shape[0]
         while node_bounds[k + 1] > nodes.shape[0]:
             nodes = np.concatenate((nodes, np.empty_like(nodes)))
-        covers[first : cover_bounds[k + 1]] = cover
-        nodes[low : node_bounds[k + 1]] = of_sentence
+        copy_numbers(cover, 0, cover.size, covers, first)
+        for j in range(of_sentence.shape[0]):
+            copy_numbers(of_sentence[j], 0, 4, nodes[low + j], 0)
     return covers[: cover_bounds[n]], cover_bounds, nodes, node_bounds
 
 
 @kernel
-def _fill(costs: Costs, text: IntArray, chart: _Chart, whole: bool) -> None:
-    """Fill the chart of a text; of the start symbol only its beginning, if it is one sentence."""
-    table, n = costs.table, text.size
+def _fill(costs: Costs, text: IntArray, chart: _Chart) -> None:
+    """Fill the chart of a text; of the start symbol only its beginning, if trees are wanted."""
+    table, n, whole = costs.table, text.size, chart.how.size > 0
     _clear(chart, n)
     for g in range(costs.recursive.size):
         first, last = costs.groups[g], costs.groups[g + 1]
@@ -277,7 +277,7 @@ def _lower(costs: Costs, r: int, i: int, text: IntArray, chart: _Chart) -> bool:
     return lowered
 
 
-@njit(cache=True)
+@merged
 def _read(costs: Costs, sentence: IntArray, chart: _Chart) -> tuple[IntArray, IntArray]:
     """Return the cover of a sentence, empty if it has a tree, and the nodes of its trees."""
     table, n = costs.table, sentence.size
@@ -329,7 +329,7 @@ def _reach_ends(
     return low, high
 
 
-@kernel
+@merged
 def _read_terminal(
     reach: FloatArray, k: int, span: tuple[int, int], text: IntArray, start: int, symbol: int
 ) -> tuple[int, int]:
@@ -342,7 +342,7 @@ def _read_terminal(
     return least, greatest
 
 
-@kernel
+@merged
 def _read_nonterminal(
     chart: _Chart, k: int, span: tuple[int, int], left: int, start: int, most: int
 ) -> tuple[int, int]:
@@ -360,7 +360,7 @@ def _read_nonterminal(
     return least, greatest
 
 
-@njit(cache=True)
+@merged
 def _cheapest_cover(chart: _Chart, symbol_bits: float, n: int) -> tuple[IntArray, IntArray]:
     """Cover a sentence by symbols of a new rule.
 
@@ -383,7 +383,7 @@ def _cheapest_cover(chart: _Chart, symbol_bits: float, n: int) -> tuple[IntArray
     return by_left, by_start
 
 
-@njit(cache=True)
+@maker
 def _nodes_of(table: RuleTable, chart: _Chart, sentence: IntArray, roots: IntArray) -> IntArray:
     """Return the nodes of the cheapest trees of some roots (nonterminal, start, end)."""
     waiting = [(0, 0, 0, 0, 0)][:0]
@@ -409,7 +409,7 @@ def _nodes_of(table: RuleTable, chart: _Chart, sentence: IntArray, roots: IntArr
                     break
     nodes = np.empty((len(kept), 4), dtype=np.int64)
     for k in range(len(kept)):
-        nodes[k] = kept[k]
+        nodes[k, RULE], nodes[k, PARENT], nodes[k, PLACE], nodes[k, SPAN] = kept[k]
     return nodes
 
 

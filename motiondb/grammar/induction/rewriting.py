@@ -8,7 +8,6 @@ room for it.
 
 from __future__ import annotations
 
-from motiondb.grammar.cfg.closure import kernel
 from motiondb.grammar.induction.rule_arrays import (
     COUNT,
     LEFT,
@@ -27,6 +26,7 @@ from motiondb.grammar.induction.rule_arrays import (
     put,
     same_symbols,
 )
+from motiondb.grammar.kernels import kernel
 from motiondb.records import BoolArray, IntArray
 
 _NOWHERE = -1  # ``first`` of a missing substring
@@ -215,26 +215,31 @@ def _uses(table: RuleTable, r: int, symbol: int) -> int:
 
 @kernel
 def substitute(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
-    """Substitute the only right side of a nonterminal wherever it occurs, and drop its rule."""
+    """Substitute a nonterminal wherever it occurs, and drop its rules.
+
+    It has one rule or occurs once, so that it is known how often each new rule is used.
+    """
     rows = source.rows
     clear(goal, source)
-    rule = -1
+    n_rules = 0
     for r in range(source.used[ROWS]):
-        if rows[r, LEFT] == symbol:
-            rule = r
-    for r in range(source.used[ROWS]):
-        if r != rule and _uses(source, r, symbol) == 0:
+        n_rules += rows[r, LEFT] == symbol
+        if rows[r, LEFT] != symbol and _uses(source, r, symbol) == 0:
             copy_row(source, r, goal)
     for r in range(source.used[ROWS]):
         number = _uses(source, r, symbol)
-        if r == rule or number == 0:
+        if rows[r, LEFT] == symbol or number == 0:
             continue
-        if not _has_room(goal, rows[r, LENGTH] + number * rows[rule, LENGTH]):
-            return False
-        written = goal.used[SYMBOLS]
-        for k in range(rows[r, LENGTH]):
-            written = _write_symbol(source, rows[r, OFFSET] + k, written, symbol, rule)
-        put(goal, written - goal.used[SYMBOLS], rows[r, LEFT], rows[r, COUNT])
+        for rule in range(source.used[ROWS]):
+            if rows[rule, LEFT] != symbol:
+                continue
+            if not _has_room(goal, rows[r, LENGTH] + number * rows[rule, LENGTH]):
+                return False
+            written = goal.used[SYMBOLS]
+            for k in range(rows[r, LENGTH]):
+                written = _write_symbol(source, rows[r, OFFSET] + k, written, symbol, rule)
+            count = rows[r if n_rules == 1 else rule, COUNT]
+            put(goal, written - goal.used[SYMBOLS], rows[r, LEFT], count)
     return True
 
 
@@ -248,31 +253,6 @@ def _write_symbol(source: RuleTable, k: int, written: int, symbol: int, rule: in
     for d in range(source.rows[rule, LENGTH]):
         text[written + d] = text[source.rows[rule, OFFSET] + d]
     return written + int(source.rows[rule, LENGTH])
-
-
-@kernel
-def substitute_once(source: RuleTable, goal: RuleTable, symbol: int) -> bool:
-    """Substitute all alternatives of a nonterminal into the one place where it occurs."""
-    rows = source.rows
-    clear(goal, source)
-    user = -1
-    for r in range(source.used[ROWS]):
-        if _uses(source, r, symbol) > 0:
-            user = r
-    for r in range(source.used[ROWS]):
-        if r != user and rows[r, LEFT] != symbol:
-            copy_row(source, r, goal)
-    for r in range(source.used[ROWS]):
-        if rows[r, LEFT] != symbol:
-            continue
-        room = rows[user, LENGTH] + rows[r, LENGTH]
-        if goal.used[ROWS] >= goal.rows.shape[0] or not _has_room(goal, room):
-            return False
-        written = goal.used[SYMBOLS]
-        for k in range(rows[user, LENGTH]):
-            written = _write_symbol(source, rows[user, OFFSET] + k, written, symbol, r)
-        put(goal, written - goal.used[SYMBOLS], rows[user, LEFT], rows[r, COUNT])
-    return True
 
 
 @kernel
@@ -298,14 +278,10 @@ def tidy(table: RuleTable, spare: RuleTable, alternatives: IntArray, numbers: In
             left = table.rows[r, LEFT] - table.n_terminals
             alternatives[left] += 1
             last = max(last, left)
-        idle, once = _idle_nonterminal(table, alternatives, numbers, last)
+        idle = _idle_nonterminal(table, alternatives, numbers, last)
         if idle == 0:
             return True
-        if once:
-            fits = substitute_once(table, spare, idle + table.n_terminals)
-        else:
-            fits = substitute(table, spare, idle + table.n_terminals)
-        if not fits:
+        if not substitute(table, spare, idle + table.n_terminals):
             return False
         copy_rows(spare, table)
 
@@ -313,12 +289,12 @@ def tidy(table: RuleTable, spare: RuleTable, alternatives: IntArray, numbers: In
 @kernel
 def _idle_nonterminal(
     table: RuleTable, alternatives: IntArray, numbers: IntArray, last: int
-) -> tuple[int, bool]:
-    """Return a nonterminal to substitute (0 for none), and whether it has several alternatives.
+) -> int:
+    """Return a nonterminal to substitute, 0 for none.
 
     ``last`` is the greatest nonterminal that has rules.
     """
-    idle, once = 0, False
+    idle = 0
     for k in range(1, last + 1):
         if alternatives[k] > 0 and numbers[k] <= (alternatives[k] == 1):
             idle = k
@@ -327,8 +303,8 @@ def _idle_nonterminal(
             continue
         left = table.rows[r, LEFT] - table.n_terminals
         if alternatives[left] == 1 and left > 0:
-            idle, once = left, False
+            idle = left
         symbol = table.text[table.rows[r, OFFSET]] - table.n_terminals
         if symbol > 0 and idle == 0 and numbers[symbol] == 1:
-            idle, once = symbol, True
-    return idle, once
+            idle = symbol
+    return idle

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from motiondb.grammar.cfg.closure import kernel
+from motiondb.grammar.kernels import kernel
 from motiondb.grammar.rules.rule_set import Rules, RuleSet
 from motiondb.records import BoolArray, FloatArray, IntArray
 
@@ -119,6 +119,13 @@ def copy_rows(source: RuleTable, goal: RuleTable) -> None:
     for r in range(source.used[ROWS]):
         copy_row(source, r, goal)
     goal.used[SYMBOLS] = source.used[SYMBOLS]
+
+
+@kernel
+def copy_numbers(source: IntArray, first: int, n: int, goal: IntArray, place: int) -> None:
+    """Copy n numbers; unlike an assignment of slices, this compiles no message for other sizes."""
+    for k in range(n):
+        goal[place + k] = source[first + k]
 
 
 @kernel

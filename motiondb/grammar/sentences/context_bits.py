@@ -12,11 +12,11 @@ simple enough to be induced thousands of times a second:
 The bits are those of :mod:`motiondb.grammar.rules.description_length` for that grammar. They are an
 upper bound of the least description length of the same sentences.
 
-Notation: right sides are rows (left, offset, length, count) over one array of symbols. Terminals
-are 0 to T - 1, the start symbol is T, repeat r is T + 1 + r, and further nonterminals follow.
+Notation: rules are a table (:mod:`motiondb.grammar.induction.rule_arrays`). Terminals are 0 to
+T - 1, the start symbol is T, repeat r is T + 1 + r, and further nonterminals follow.
 
-Let a nonterminal have h right sides, of which g
-share p symbols at the beginning and q at the end. Grouping replaces these g by one right side with
+Let a nonterminal have h right sides, of which g share p symbols at the beginning and q at the end.
+Grouping replaces these g by one right side with
 a new nonterminal between beginning and end, and their middle parts become its alternatives. That
 saves (p + q)(g - 1) - 3 symbols. Each tree node of the old nonterminal then costs log2(h - g + 1)
 bits in place of log2 h, and each node of the new one costs log2 g bits more.
@@ -31,9 +31,19 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
-from numba import njit
 
-from motiondb.grammar.cfg.closure import kernel
+from motiondb.grammar.induction.rule_arrays import (
+    COUNT,
+    LEFT,
+    LENGTH,
+    OFFSET,
+    ROWS,
+    SYMBOLS,
+    RuleTable,
+    empty_table,
+    shared_ends,
+)
+from motiondb.grammar.kernels import kernel, maker, merged
 from motiondb.grammar.sentences.repeats import cover_repeats
 from motiondb.records import FloatArray, IntArray
 
@@ -44,21 +54,9 @@ counted again. It affects only the time."""
 _LEAST_SAVED = 1e-9  # Bits that a group must save. Smaller savings can be rounding errors
 
 
-class Size(NamedTuple):
-    """Size of a grammar."""
+class _Shared(NamedTuple):
+    """What right sides share with others of the same left side."""
 
-    n_rights: int  # Number of right sides
-    n_text: int  # Number of symbols in the text
-    # Number of symbols of all rules written one after the other, with left sides and separators
-    length: int
-    n_nonterminals: int
-
-
-class _Rights(NamedTuple):
-    """Right sides, and the lengths of the beginnings and ends that they share."""
-
-    table: IntArray  # (rights, 4): rows (left, offset, length, count)
-    text: IntArray  # (symbols,): the right sides
     # (rights, rights): length of the common beginning of two right sides i < j of one left side
     begins: IntArray
     closes: IntArray  # (rights, rights): length of their common end
@@ -80,96 +78,76 @@ class _Group(NamedTuple):
     q: int
 
 
-@njit(cache=True)
-def group_by_contexts(
-    table: IntArray, text: IntArray, size: Size, n_terminals: int, n_repeats: int
-) -> tuple[int, int, int, float]:
-    """Make groups, each time the one that saves most bits, until none saves any.
+@merged
+def group_by_contexts(table: RuleTable, n_repeats: int, length: int, n_nonterminals: int) -> float:
+    """Make groups, each time the one that saves most bits, until none saves any; return the bits.
 
     Parameters
     ----------
-    table : array (rights, 4)
-        Rows (left, offset, length, count), with space for new ones; changed in place.
-    text : array (symbols,)
-        The right sides, with space for new ones; changed in place.
-    size : Size
-        Size of the grammar before.
-    n_terminals : int
-        Number of terminals.
+    table : RuleTable
+        The rules of the start symbol, with room for others; changed in place.
     n_repeats : int
         Number of repeats, whose symbols are reserved.
-
-    Returns
-    -------
-    n_rights : int
-        Number of right sides.
     length : int
-        Number of symbols of all rules.
+        Number of symbols of all rules, those of the repeats that are used among them.
     n_nonterminals : int
-        Number of nonterminals.
-    bits : float
-        Bits of the sentences given the rules.
+        Number of their nonterminals.
     """
-    n_rights, end, length, n_nonterminals = size
-    n_most = table.shape[0]
-    rights = _Rights(
-        table,
-        text,
+    n_rights, n_most = table.used[ROWS], table.rows.shape[0]
+    shared = _Shared(
         np.zeros((n_most, n_most), np.int64),
         np.zeros((n_most, n_most), np.int64),
         np.zeros(n_most, np.int64),
     )
-    for i in range(n_rights):
-        for j in range(i + 1, n_rights):
-            _compare(rights, i, j)
+    for j in range(n_rights):
+        for i in range(j):
+            _compare(table, shared, i, j)
     lefts = _Lefts(np.zeros(n_most + 1), np.zeros(n_most + 1, np.int64))
-    lefts.nodes[0] = table[:n_rights, 3].sum()
+    lefts.nodes[0] = table.rows[:n_rights, COUNT].sum()
     lefts.alternatives[0] = n_rights
-    n_lefts = 1
-    while n_rights < n_most:
-        alphabet = n_nonterminals + n_terminals + 1
-        group = _best_group(rights, lefts, n_rights, length, alphabet)
+    n_lefts, alphabet = 1, n_nonterminals + table.n_terminals + 1
+    while table.used[ROWS] < n_most:
+        group = _best_group(table, shared, lefts, length, alphabet)
         if group.i < 0:
             break
-        members = _members(rights, n_rights, group)
-        end = _take(rights, members, n_rights, end, group, n_terminals + n_repeats + n_lefts)
-        _add_left(rights, lefts, members, group.i, n_rights, n_lefts)
+        members = _members(table, shared, group)
+        _take(table, members, group, table.n_terminals + n_repeats + n_lefts)
+        _add_left(table, shared, lefts, members, group.i, n_lefts)
         length -= (group.p + group.q) * (members.size - 1) - 3
         n_lefts += 1
-        n_rights += 1
-        n_nonterminals += 1
+        alphabet += 1
     data = 0.0
     for k in range(n_lefts):
         data += lefts.nodes[k] * np.log2(lefts.alternatives[k])
-    return n_rights, length, n_nonterminals, data
+    return length * np.log2(alphabet) + data
 
 
-@kernel
+@merged
 def _add_left(
-    rights: _Rights, lefts: _Lefts, members: IntArray, i: int, new: int, n_lefts: int
+    table: RuleTable, shared: _Shared, lefts: _Lefts, members: IntArray, i: int, n_lefts: int
 ) -> None:
     """Record a new left side ``n_lefts`` of the members, and compare the changed right sides."""
-    slot = rights.slot
+    slot, new = shared.slot, table.used[ROWS] - 1
     slot[new] = slot[i]
     lefts.alternatives[slot[i]] -= members.size - 1
     for r in members:
         slot[r] = n_lefts
-    lefts.nodes[n_lefts] = rights.table[new, 3]
+    lefts.nodes[n_lefts] = table.rows[new, COUNT]
     lefts.alternatives[n_lefts] = members.size
     for a in range(new):
         if slot[a] == slot[new]:
-            _compare(rights, a, new)
+            _compare(table, shared, a, new)
         for r in members:
             if r < a and slot[a] == n_lefts:
-                _compare(rights, r, a)
+                _compare(table, shared, r, a)
 
 
-@njit(cache=True)
+@maker
 def _best_group(
-    rights: _Rights, lefts: _Lefts, n_rights: int, length: int, alphabet: int
+    table: RuleTable, shared: _Shared, lefts: _Lefts, length: int, alphabet: int
 ) -> _Group:
     """Return the group that saves most bits; its i is -1 if none saves any."""
-    slot = rights.slot
+    slot, n_rights = shared.slot, table.used[ROWS]
     now, more = np.log2(alphabet), np.log2(alphabet + 1)
     best, best_group = _LEAST_SAVED, _Group(-1, 0, 0)
     # Right sides that share the same beginning and end with i give the same group: count it once.
@@ -177,14 +155,14 @@ def _best_group(
     for i in range(n_rights):
         h = lefts.alternatives[slot[i]]
         for j in range(i + 1, n_rights):
-            p, q = rights.begins[i, j], rights.closes[i, j]
+            p, q = shared.begins[i, j], shared.closes[i, j]
             if slot[i] != slot[j] or p + q == 0:
                 continue
             if p < _SHARED and q < _SHARED:
                 if seen[p, q] == i:
                     continue
                 seen[p, q] = i
-            g, inner = _count_members(rights, n_rights, _Group(i, p, q))
+            g, inner = _count_members(table, shared, _Group(i, p, q))
             saved = length * now - (length - (p + q) * (g - 1) + 3) * more
             saved += lefts.nodes[slot[i]] * np.log2(h / (h - g + 1)) - inner * np.log2(g)
             if saved > best:
@@ -192,86 +170,70 @@ def _best_group(
     return best_group
 
 
-@kernel
-def _count_members(rights: _Rights, n_rights: int, group: _Group) -> tuple[int, int]:
+@merged
+def _count_members(table: RuleTable, shared: _Shared, group: _Group) -> tuple[int, int]:
     """Count the members of a group, and their tree nodes."""
     g, nodes = 0, 0
-    for r in range(n_rights):
-        if r == group.i or _in_group(rights, group, r):
+    for r in range(table.used[ROWS]):
+        if r == group.i or _in_group(table, shared, group, r):
             g += 1
-            nodes += rights.table[r, 3]
+            nodes += table.rows[r, COUNT]
     return g, nodes
 
 
-@njit(cache=True)
-def _members(rights: _Rights, n_rights: int, group: _Group) -> IntArray:
+@maker
+def _members(table: RuleTable, shared: _Shared, group: _Group) -> IntArray:
     """Return the numbers of the members of a group, ascending."""
-    members = np.empty(n_rights, dtype=np.int64)
+    members = np.empty(table.used[ROWS], dtype=np.int64)
     g = 0
-    for r in range(n_rights):
-        if r == group.i or _in_group(rights, group, r):
+    for r in range(table.used[ROWS]):
+        if r == group.i or _in_group(table, shared, group, r):
             members[g] = r
             g += 1
     return members[:g]
 
 
 @kernel
-def _in_group(rights: _Rights, group: _Group, r: int) -> bool:
+def _in_group(table: RuleTable, shared: _Shared, group: _Group, r: int) -> bool:
     """Return whether right side r belongs to a group; False for its own right side i."""
     low, high = min(group.i, r), max(group.i, r)
-    fits = rights.slot[group.i] == rights.slot[r] and low != high
-    fits = fits and rights.table[r, 2] >= group.p + group.q
+    fits = shared.slot[group.i] == shared.slot[r] and low != high
+    fits = fits and table.rows[r, LENGTH] >= group.p + group.q
     return bool(
-        fits and rights.begins[low, high] >= group.p and rights.closes[low, high] >= group.q
+        fits and shared.begins[low, high] >= group.p and shared.closes[low, high] >= group.q
     )
 
 
 @kernel
-def _compare(rights: _Rights, i: int, j: int) -> None:
-    """Record the lengths of the common beginning and end of two right sides i < j.
-
-    Their sum is at most the length of the shorter right side.
-    """
-    table, text = rights.table, rights.text
-    a, b = table[i, 1], table[j, 1]
-    n, m = table[i, 2], table[j, 2]
-    least = min(n, m)
-    p = 0
-    while p < least and text[a + p] == text[b + p]:
-        p += 1
-    q = 0
-    while q < least - p and text[a + n - 1 - q] == text[b + m - 1 - q]:
-        q += 1
-    rights.begins[i, j] = p
-    rights.closes[i, j] = q
+def _compare(table: RuleTable, shared: _Shared, i: int, j: int) -> None:
+    """Record what two right sides i < j share."""
+    shared.begins[i, j], shared.closes[i, j] = shared_ends(table, i, j, True)
 
 
 @kernel
-def _take(
-    rights: _Rights, members: IntArray, new: int, end: int, group: _Group, symbol: int
-) -> int:
-    """Replace a group by one right side, row ``new``; return the new end of the text.
+def _take(table: RuleTable, members: IntArray, group: _Group, symbol: int) -> None:
+    """Replace a group by one right side, in a new row.
 
     The middle parts of the members become the alternatives of ``symbol``.
     """
-    table, text, p, q = rights.table, rights.text, group.p, group.q
-    i = members[0]
-    offset, length = table[i, 1], table[i, 2]
-    table[new, 0] = table[i, 0]
-    table[new, 1] = end
-    table[new, 2] = p + q + 1
-    table[new, 3] = 0
+    rows, text, p, q = table.rows, table.text, group.p, group.q
+    new, end = table.used[ROWS], table.used[SYMBOLS]
+    offset, length = rows[members[0], OFFSET], rows[members[0], LENGTH]
+    rows[new, LEFT] = rows[members[0], LEFT]
+    rows[new, OFFSET] = end
+    rows[new, LENGTH] = p + q + 1
+    rows[new, COUNT] = 0
     for k in range(p):
         text[end + k] = text[offset + k]
     text[end + p] = symbol
     for k in range(q):
         text[end + p + 1 + k] = text[offset + length - q + k]
     for r in members:
-        table[new, 3] += table[r, 3]
-        table[r, 0] = symbol
-        table[r, 1] += p
-        table[r, 2] -= p + q
-    return end + p + q + 1
+        rows[new, COUNT] += rows[r, COUNT]
+        rows[r, LEFT] = symbol
+        rows[r, OFFSET] += p
+        rows[r, LENGTH] -= p + q
+    table.used[ROWS], table.used[SYMBOLS] = new + 1, end + p + q + 1
 
 
 _HASH = np.uint64(0x9E3779B97F4A7C15)
@@ -310,11 +272,9 @@ def cover_string(symbols: IntArray, n_terminals: int) -> CoveredString:
             number[spelled] = len(firsts)
             firsts.append((start, length))
         repeat_at[start] = number[spelled]
-    table = np.array(firsts, dtype=np.int64).reshape(-1, 2)
+    begins, sizes = np.array(firsts, dtype=np.int64).reshape(-1, 2).T.copy()
     hashes, powers = _hashes(symbols)
-    return CoveredString(
-        symbols, n_terminals, repeat_at, table[:, 0], table[:, 1], inside, hashes, powers
-    )
+    return CoveredString(symbols, n_terminals, repeat_at, begins, sizes, inside, hashes, powers)
 
 
 def context_bits(covered: CoveredString, starts: IntArray, ends: IntArray) -> float:
@@ -322,14 +282,13 @@ def context_bits(covered: CoveredString, starts: IntArray, ends: IntArray) -> fl
 
     Shapes: `starts`, `ends` (sentences,).
     """
-    table = np.empty((2 * starts.size + 1, 4), dtype=np.int64)
     most = 2 * (covered.symbols.size + int((ends - starts).max()) + starts.size)
     text = np.empty(most, dtype=np.int64)
-    bits, _, _ = _context_grammar(covered, starts, ends, table, text)
-    return float(bits)
+    table = empty_table(text, 2 * starts.size + 1, covered.n_terminals)
+    return float(_context_grammar(covered, starts, ends, table)[0])
 
 
-@njit(cache=True)
+@maker
 def _hashes(
     symbols: IntArray,
 ) -> tuple[npt.NDArray[np.uint64], npt.NDArray[np.uint64]]:
@@ -342,42 +301,30 @@ def _hashes(
     return hashes, powers
 
 
-@njit(cache=True)
+@maker
 def _context_grammar(
-    cover: CoveredString, starts: IntArray, ends: IntArray, table: IntArray, text: IntArray
-) -> tuple[float, int, npt.NDArray[np.bool_]]:
-    """Return bits, the number of right sides in ``table``, and which repeats are nonterminals.
-
-    ``table`` (right sides, 4) and ``text`` are work arrays that are filled.
-    """
-    n_terminals, repeat_lengths = cover.n_terminals, cover.repeat_lengths
-    hashes, powers = cover.hashes, cover.powers
-    firsts, counts = _distinct(hashes, powers, starts, ends)
+    cover: CoveredString, starts: IntArray, ends: IntArray, table: RuleTable
+) -> tuple[float, npt.NDArray[np.bool_]]:
+    """Fill an empty table with the rules; return the bits, and which repeats are nonterminals."""
+    firsts, counts = _distinct(cover.hashes, cover.powers, starts, ends)
     used = _paying_repeats(cover, starts, ends, firsts)
-    n_rights = firsts.size
+    length, n_nonterminals = -1, 1  # of the whole sequence of rules
     end = 0
-    for r in range(n_rights):
-        table[r, 0] = cover.n_terminals
-        table[r, 1] = end
-        table[r, 3] = counts[r]
-        end = _write_sentence(cover, used, starts[firsts[r]], ends[firsts[r]], text, end)
-        table[r, 2] = end - table[r, 1]
-    length = 0  # of the whole sequence of rules
-    for r in range(n_rights):
-        length += table[r, 2] + 2
-    n_nonterminals = 1
+    for r in range(firsts.size):
+        row = table.rows[r]
+        row[LEFT], row[OFFSET], row[COUNT] = cover.n_terminals, end, counts[r]
+        end = _write_sentence(cover, used, starts[firsts[r]], ends[firsts[r]], table.text, end)
+        row[LENGTH] = end - row[OFFSET]
+        length += row[LENGTH] + 2
+    table.used[ROWS], table.used[SYMBOLS] = firsts.size, end
     for number in range(used.size):
         if used[number]:
-            length += repeat_lengths[number] + 2
+            length += cover.repeat_lengths[number] + 2
             n_nonterminals += 1
-    size = Size(n_rights, end, length - 1, n_nonterminals)
-    n_rights, length, n_nonterminals, data = group_by_contexts(
-        table, text, size, n_terminals, used.size
-    )
-    return length * np.log2(n_nonterminals + n_terminals + 1) + data, n_rights, used
+    return group_by_contexts(table, used.size, length, n_nonterminals), used
 
 
-@njit(cache=True)
+@kernel
 def _write_sentence(
     cover: CoveredString, used: npt.NDArray[np.bool_], i: int, stop: int, text: IntArray, end: int
 ) -> int:
@@ -397,7 +344,7 @@ def _write_sentence(
     return end
 
 
-@njit(cache=True)
+@merged
 def _distinct(
     hashes: npt.NDArray[np.uint64],
     powers: npt.NDArray[np.uint64],
@@ -427,7 +374,7 @@ def _distinct(
     return firsts[:n_distinct], counts[:n_distinct]
 
 
-@njit(cache=True)
+@merged
 def _paying_repeats(
     cover: CoveredString, starts: IntArray, ends: IntArray, firsts: IntArray
 ) -> npt.NDArray[np.bool_]:

@@ -37,9 +37,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numba import njit
 
 from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.grammar.kernels import maker
 from motiondb.grammar.rules.description_length import Sentence
 from motiondb.grammar.sentences.context_bits import CoveredString, context_bits, cover_string
 from motiondb.grammar.sentences.repeats import join_strings
@@ -87,7 +87,7 @@ def recut(
     return tuple(made[~np.isin(made, bounds)].tolist())
 
 
-@njit(cache=True)
+@maker
 def cheapest_cuts(
     places: IntArray, fixed: BoolArray, costs: FloatArray, shortest: int, longest: int
 ) -> IntArray:
@@ -138,7 +138,7 @@ def cheapest_cuts(
     return chosen[: n_cuts + 1][::-1].copy()
 
 
-@njit(cache=True)
+@maker
 def shared_symbols(symbols: IntArray, places: IntArray, cuts: IntArray) -> FloatArray:
     """Count the symbols that the surroundings of each place share with those of the best cuts.
 

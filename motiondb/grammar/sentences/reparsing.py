@@ -21,9 +21,9 @@ Acoustics, Speech, and Signal Processing 38 (1990).
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
 from motiondb.grammar.induction.refitting import cheapest_parts, costs_of
+from motiondb.grammar.kernels import maker
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.records import FloatArray, IntArray
 
@@ -77,7 +77,7 @@ def sentence_prices(
     return np.minimum(bits[0], novelty * (new + 2.0 * letter) + more)
 
 
-@njit(cache=True)
+@maker
 def _new_rule_bits(
     symbols: IntArray, bits: FloatArray, n_terminals: int, letter: float
 ) -> FloatArray:
@@ -99,7 +99,7 @@ def _new_rule_bits(
     return new[:n]
 
 
-@njit(cache=True)
+@maker
 def _cheapest(price: FloatArray, shortest: int) -> IntArray:
     """Return the inner cuts of least price of one string, given prices (N, longest + 1)."""
     n, width = price.shape

@@ -17,9 +17,9 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from motiondb.grammar.kernels import maker
 from motiondb.grammar.terminals.distances import Poses
 from motiondb.records import Float32Array, FloatArray, IntArray
 
@@ -124,7 +124,7 @@ def make_cells(
     return Cells(cuts, np.concatenate(firsts), np.repeat(np.arange(len(cuts)), counts), pointers)
 
 
-@njit(cache=True, nogil=True)
+@maker
 def path_costs(
     firsts: IntArray,
     pointers: IntArray,

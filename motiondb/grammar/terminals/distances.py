@@ -40,6 +40,7 @@ from numba import njit
 
 from motiondb.body import body, features, retarget, rotation
 from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.grammar.kernels import maker
 from motiondb.records import MOTION_FPS, Float32Array, FloatArray, IntArray, Motion
 
 COMPARED = (
@@ -184,7 +185,7 @@ def _pose_distance(values: Float32Array, t: int, u: int) -> np.float32:
     return np.sqrt(square)
 
 
-@njit(cache=True, nogil=True)
+@maker
 def segment_distance(values: Float32Array, a: int, b: int, a2: int, b2: int) -> float:
     """Return D of the segments [a, b) and [a2, b2), in the unit of d.
 
@@ -222,7 +223,7 @@ def segment_distances(values: Float32Array, starts: IntArray, ends: IntArray) ->
     return table + table.T
 
 
-@njit(cache=True, nogil=True)
+@maker
 def _fill_rows(
     values: Float32Array,
     starts: IntArray,
@@ -237,7 +238,7 @@ def _fill_rows(
             table[i, j] = segment_distance(values, starts[i], ends[i], starts[j], ends[j])
 
 
-@njit(cache=True)
+@maker
 def distances_to(
     values: Float32Array, a: int, b: int, starts: IntArray, ends: IntArray
 ) -> FloatArray:

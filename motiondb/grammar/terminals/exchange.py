@@ -48,11 +48,11 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from motiondb.grammar.kernels import maker
 from motiondb.grammar.terminals.candidates import Cells, cheapest_path, path_costs
 from motiondb.grammar.terminals.distances import Poses, segment_distances
-from motiondb.grammar.terminals.medoids import group_by_medoids
+from motiondb.grammar.terminals.medoids import group_by_medoids, two_least
 from motiondb.records import Float32Array, FloatArray, IntArray
 
 
@@ -80,7 +80,7 @@ class Prices(NamedTuple):
     tried: float
 
 
-@njit(cache=True, nogil=True)
+@maker
 def frame_distances(
     columns: Float32Array, squares: Float32Array, start: int, end: int
 ) -> Float32Array:
@@ -106,7 +106,7 @@ def frame_distances(
     return table
 
 
-@njit(cache=True, nogil=True)
+@maker
 def warped_costs(
     table: Float32Array, cuts: IntArray, firsts: IntArray, pointers: IntArray, out: Float32Array
 ) -> None:
@@ -134,22 +134,7 @@ def warped_costs(
                 out[c] = total * np.float32(length) / np.float32(n_medoid)
 
 
-@njit(cache=True, nogil=True)
-def two_least(
-    table: Float32Array, least: Float32Array, second: Float32Array, nearest: IntArray
-) -> None:
-    """Fill the least and second least cost of every cell, and the medoid of the least."""
-    for c in range(table.shape[1]):
-        least[c], second[c], nearest[c] = np.inf, np.inf, -1
-        for k in range(table.shape[0]):
-            cost = table[k, c]
-            if cost < least[c]:
-                second[c], least[c], nearest[c] = least[c], cost, k
-            elif cost < second[c]:
-                second[c] = cost
-
-
-@njit(cache=True, nogil=True)
+@maker
 def best_exchange(
     graph: Graph, known: KnownCosts, prices: Prices, bound: float
 ) -> tuple[int, float]:

@@ -37,6 +37,7 @@ import numpy as np
 from numba import njit
 
 from motiondb.errors import QueryError
+from motiondb.grammar.kernels import maker
 from motiondb.grammar.terminals.distances import pose_vectors
 from motiondb.records import FloatArray, IntArray, Motion
 
@@ -241,7 +242,7 @@ def _distance(table: FloatArray, start: int, length: int, low: int, size: int) -
     return float(total / max(length, size))
 
 
-@njit(cache=True)
+@maker
 def _best_cuts(
     table: FloatArray, bounds: IntArray, shortest: IntArray, longest: IntArray, price: float
 ) -> tuple[IntArray, IntArray, FloatArray]:

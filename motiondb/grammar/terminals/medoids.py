@@ -22,10 +22,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from motiondb.grammar.cfg.context_free import GrammarError
+from motiondb.grammar.kernels import maker
 from motiondb.records import FloatArray, IntArray
 
 _LEAST_GAIN = 1e-12  # Smallest relative decrease of E by a swap; smaller ones are rounding errors
@@ -69,7 +69,7 @@ def group_by_medoids(
     return medoids, nearest_medoids(costs, medoids)
 
 
-@njit(cache=True)
+@maker
 def nearest_medoids(costs: FloatArray, medoids: IntArray) -> IntArray:
     """Return the group of every thing from costs (medoid, thing); a medoid is in its own."""
     labels = np.zeros(costs.shape[1], np.int64)
@@ -82,28 +82,32 @@ def nearest_medoids(costs: FloatArray, medoids: IntArray) -> IntArray:
     return labels
 
 
-@njit(cache=True)
-def _two_nearest(costs: FloatArray, medoids: IntArray, nearest: _Nearest) -> None:
-    """Fill the group, the least and the second least cost of every thing."""
-    near, first, second = nearest
-    for i in range(costs.shape[1]):
-        near[i], first[i], second[i] = -1, np.inf, np.inf
-        for k in range(len(medoids)):
-            cost = costs[medoids[k], i]
-            if cost < first[i]:
-                near[i], second[i], first[i] = k, first[i], cost
-            elif cost < second[i]:
-                second[i] = cost
+@maker
+def two_least(
+    table: NDArray[np.floating],
+    least: NDArray[np.floating],
+    second: NDArray[np.floating],
+    nearest: IntArray,
+) -> None:
+    """Fill least and second least of costs (K, things), and the medoid of the least."""
+    for c in range(table.shape[1]):
+        least[c], second[c], nearest[c] = np.inf, np.inf, -1
+        for k in range(table.shape[0]):
+            cost = table[k, c]
+            if cost < least[c]:
+                second[c], least[c], nearest[c] = least[c], cost, k
+            elif cost < second[c]:
+                second[c] = cost
 
 
-@njit(cache=True)
+@maker
 def _swap(costs: FloatArray, prices: FloatArray, medoids: IntArray) -> IntArray:
     """Swap medoids, in place, until no swap lowers E."""
     n, n_groups = costs.shape[1], len(medoids)
     nearest = _Nearest(np.empty(n, np.int64), np.empty(n), np.empty(n))
     is_medoid = np.zeros(n, np.bool_)
     is_medoid[medoids] = True
-    _two_nearest(costs, medoids, nearest)
+    two_least(costs[medoids], nearest.first, nearest.second, nearest.near)
     least = _LEAST_GAIN * (nearest.first.sum() + prices[medoids].sum() + 1e-300)
     change = np.empty(n_groups)
     unchanged, candidate = 0, 0
@@ -115,14 +119,14 @@ def _swap(costs: FloatArray, prices: FloatArray, medoids: IntArray) -> IntArray:
                 is_medoid[medoids[k]] = False
                 is_medoid[candidate] = True
                 medoids[k] = candidate
-                _two_nearest(costs, medoids, nearest)
+                two_least(costs[medoids], nearest.first, nearest.second, nearest.near)
                 unchanged = -1
         unchanged += 1
         candidate = (candidate + 1) % n
     return medoids
 
 
-@njit(cache=True)
+@maker
 def _try_swap(costs: FloatArray, nearest: _Nearest, change: FloatArray) -> tuple[int, float]:
     """Return the medoid whose replacement by a thing changes E the most, and the change.
 

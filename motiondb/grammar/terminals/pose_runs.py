@@ -25,7 +25,6 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numba import njit
 
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.foresight import (
@@ -36,6 +35,7 @@ from motiondb.grammar.foresight import (
     shuffles_of,
     windows_of,
 )
+from motiondb.grammar.kernels import maker
 from motiondb.grammar.terminals.distances import Poses, make_poses
 from motiondb.grammar.terminals.terminals import REPETITION_WEIGHT, Terminals, as_terminals
 from motiondb.grammar.terminals.tuning import Grouping
@@ -106,7 +106,7 @@ def _runs(costs: FloatArray, price: float, shortest: int) -> tuple[IntArray, Int
     """Return first frames and clusters of the runs of least cost; a short take is one run."""
     if len(costs) < 2 * shortest:
         return np.zeros(1, np.int64), np.array([int(np.argmin(costs.sum(axis=0)))])
-    starts, labels = _best_runs(costs, price, shortest)
+    starts, labels = _best_runs(costs.astype(np.float64), price, shortest)
     end, firsts, kinds = len(costs), [], []
     while end > 0:
         firsts.append(int(starts[end]))
@@ -115,7 +115,7 @@ def _runs(costs: FloatArray, price: float, shortest: int) -> tuple[IntArray, Int
     return np.array(firsts[::-1]), np.array(kinds[::-1])
 
 
-@njit(cache=True)
+@maker
 def _best_runs(costs: FloatArray, price: float, shortest: int) -> tuple[IntArray, IntArray]:
     """Return start and cluster of the last run of the best cut up to each frame; -1 is none.
 

@@ -32,8 +32,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from motiondb.grammar.kernels import maker
 from motiondb.grammar.terminals.distances import segment_distance, segment_distances
 from motiondb.records import BoolArray, Float32Array, FloatArray, IntArray
 
@@ -99,7 +99,7 @@ class _Known(NamedTuple):
     sums: FloatArray
 
 
-@njit(cache=True, nogil=True)
+@maker
 def take_steps(
     state: State, costs: Costs, draws: FloatArray, pace: Pace, best: Best
 ) -> tuple[float, float]:
@@ -126,7 +126,7 @@ def take_steps(
     return total, best_total
 
 
-@njit(cache=True)
+@maker
 def _allowed(cuts: IntArray, first: int, new: IntArray, costs: Costs) -> bool:
     """Whether cuts from ``first`` on may get new frames."""
     last = first + len(new) - 1
@@ -139,7 +139,7 @@ def _allowed(cuts: IntArray, first: int, new: IntArray, costs: Costs) -> bool:
     return bool(room >= costs.shortest)
 
 
-@njit(cache=True)
+@maker
 def _try_move(
     state: State, costs: Costs, move: _Move
 ) -> tuple[float, IntArray, IntArray, FloatArray, Float32Array]:
@@ -171,7 +171,7 @@ def _try_move(
     return gain, groups, heads, losses, rows
 
 
-@njit(cache=True)
+@maker
 def sum_distances(state: State, groups: IntArray) -> None:
     """Fill ``state.sums`` for all segments of some groups."""
     cuts = state.cuts
@@ -183,7 +183,7 @@ def sum_distances(state: State, groups: IntArray) -> None:
                 state.sums[c] += (cuts[i + 1] - cuts[i]) * state.distances[i, c]
 
 
-@njit(cache=True)
+@maker
 def _sums_without(state: State, low: int, high: int) -> FloatArray:
     """Return ``state.sums`` after the segments [low, high) have left their groups."""
     cuts, labels = state.cuts, state.labels
@@ -195,7 +195,7 @@ def _sums_without(state: State, low: int, high: int) -> FloatArray:
     return left
 
 
-@njit(cache=True)
+@maker
 def _release(labels: IntArray, heads: IntArray, left: FloatArray, low: int, high: int) -> None:
     """Choose another medoid, among unchanged segments, for groups whose medoid changes.
 
@@ -212,7 +212,7 @@ def _release(labels: IntArray, heads: IntArray, left: FloatArray, low: int, high
                 least, heads[k] = left[c], c
 
 
-@njit(cache=True)
+@maker
 def _nearest(state: State, values: Float32Array, ends: IntArray, heads: IntArray, s: int) -> int:
     """Return the group of a changed segment; a group with nothing else left keeps its medoid."""
     nearest = state.labels[s]
@@ -228,7 +228,7 @@ def _nearest(state: State, values: Float32Array, ends: IntArray, heads: IntArray
     return int(nearest)
 
 
-@njit(cache=True)
+@maker
 def _gap(known: _Known, i: int, c: int, move: _Move) -> np.float32:
     """Return D of two segments after a move; new ones are computed once and kept in ``rows``."""
     low, high, ends = move.low, move.high, known.ends
@@ -246,7 +246,7 @@ def _gap(known: _Known, i: int, c: int, move: _Move) -> np.float32:
     return known.rows[i - low, c]
 
 
-@njit(cache=True)
+@maker
 def _choose_medoid(
     known: _Known, members: IntArray, move: _Move, head: int, costs: Costs
 ) -> tuple[int, float, float]:
@@ -276,7 +276,7 @@ def _choose_medoid(
     return best, error, size
 
 
-@njit(cache=True)
+@maker
 def _commit(
     state: State, move: _Move, groups: IntArray, rows: Float32Array, values: Float32Array
 ) -> None:

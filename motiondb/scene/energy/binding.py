@@ -30,8 +30,6 @@ from numpy.typing import NDArray
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import IntArray
-from motiondb.scene.energy.guarding import unasked_actions
-from motiondb.scene.energy.step_orders import step_of, unlinked_orders
 from motiondb.scene.language.activity import (
     GIVE,
     OPPONENT,
@@ -56,6 +54,8 @@ from motiondb.scene.language.expressions import (
     expressions,
     g_user,
     spans,
+    step_of,
+    unlinked_orders,
 )
 from motiondb.scene.language.motion_grammar import Annotation, MotionGrammar
 from motiondb.scene.language.possession import lies_at
@@ -156,7 +156,7 @@ class RuleTable:
     # The step of the diagram, the player and the actions [first, last) of every item
     steps: tuple[tuple[int, int, int, int], ...] = ()
     wishes: NDArray[np.void] = field(default_factory=lambda: np.zeros(0, ROW))
-    unasked: tuple[tuple[str, ...], ...] = ()  # By player (:func:`.guarding.unasked_actions`)
+    unasked: tuple[tuple[str, ...], ...] = ()  # By player, as ``MotionGrammar.unasked`` says
 
     @property
     def weighed(self) -> RuleTable:
@@ -268,7 +268,7 @@ class Binder:
 
     @cached_property
     def _unasked(self) -> tuple[tuple[str, ...], ...]:
-        return tuple(unasked_actions(self.grammar, one.team) for one in self.diagram.players)
+        return tuple(self.grammar.unasked(one.team) for one in self.diagram.players)
 
     def _orders(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
         """Yield that players begin a step before others end a later one."""

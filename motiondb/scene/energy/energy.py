@@ -8,13 +8,13 @@ rule that fails by more than its weight can often not be polished into holding, 
 a search, the part beyond the weight may cost more: x = f / c then counts x + excess max(x - 1, 0).
 An excess of 0 is the measure of the paper.
 
-:func:`swap`, :func:`move` and :func:`shift` change a scene's arrays in place, evaluate only what
-the change can affect (the rest of one player's string, the rules that depend on it, its pairs), and
-return the new -log P(Y); :func:`change` does all at once. :func:`undo` takes the last of them back.
-All are compiled and release the global lock, to be called from compiled loops::
+:func:`change` changes a scene's arrays in place, evaluates only what can be affected (the rest of
+one player's string, the rules that depend on it, its pairs), and returns the new -log P(Y).
+:func:`undo` takes it back. Both are compiled and release the global lock, to be called from
+compiled loops::
 
-    before = scene.total[0]
-    if rng.random() >= exp(before - swap(scene, library, player, k, entry)):
+    before, start = scene.total[0], start_of(scene, player)
+    if rng.random() >= exp(before - change(scene, library, player, k, entry, start)):
         undo(scene)
 
 No part of -log P(Y) is negative. So a change that is refused above a ``limit`` is refused as soon
@@ -34,9 +34,10 @@ from __future__ import annotations
 
 import math
 
+from motiondb.grammar.kernels import inlined, kernel
 from motiondb.records import FloatArray
 from motiondb.scene.energy.binding import SYNCHRONISATION, THROUGHOUT, RuleTable
-from motiondb.scene.energy.placement import ClipArrays, clip_at, compiled, inlined, put_origin
+from motiondb.scene.energy.placement import ClipArrays, clip_at, put_origin
 from motiondb.scene.energy.rule_kernels import rule_value
 from motiondb.scene.energy.scene_arrays import (
     ANY_TIME,
@@ -142,7 +143,7 @@ def scene_arrays(
     return scene
 
 
-@compiled
+@kernel
 def evaluate(scene: SceneArrays, library: ClipArrays) -> float:
     """Return -log P(Y) from clips, origins and delays alone, and fill all other arrays."""
     n_players = len(scene.n_clips)
@@ -157,52 +158,14 @@ def evaluate(scene: SceneArrays, library: ClipArrays) -> float:
     return _sum(scene, library)
 
 
-@compiled
-def swap(
-    scene: SceneArrays,
-    library: ClipArrays,
-    player: int,
-    k: int,
-    entry: int,
-    limit: float = math.inf,
-) -> float:
-    """Exchange clip ``k`` of a player, and return the new -log P(Y)."""
-    _keep(scene, player)
-    scene.entry[player, k] = entry
-    return _refresh(scene, library, player, k, limit)
+@inlined
+def start_of(scene: SceneArrays, player: int) -> tuple[float, float, float, int]:
+    """Return where and when a player begins: x, z, theta and delay."""
+    origin = scene.placed[player, 0]
+    return origin[0], origin[1], origin[2], scene.begin[player, 0]
 
 
-@compiled
-def move(
-    scene: SceneArrays,
-    library: ClipArrays,
-    player: int,
-    origin: tuple[float, float, float],
-    limit: float = math.inf,
-) -> float:
-    """Change where a player begins (x, z, theta), and return the new -log P(Y)."""
-    _keep(scene, player)
-    put_origin(scene.placed[player], origin[0], origin[1], origin[2])
-    return _refresh(scene, library, player, -1, limit)
-
-
-@compiled
-def shift(
-    scene: SceneArrays, library: ClipArrays, player: int, delay: int, limit: float = math.inf
-) -> float:
-    """Change the frame at which a player begins, and return the new -log P(Y).
-
-    The result is infinite for a delay below 0 or above MOST_DELAY; the scene is then unchanged, and
-    undo does no harm.
-    """
-    _keep(scene, player)
-    if delay < 0 or delay > MOST_DELAY:
-        return math.inf
-    scene.begin[player, 0] = delay
-    return _refresh(scene, library, player, -1, limit)
-
-
-@compiled
+@kernel
 def change(
     scene: SceneArrays,
     library: ClipArrays,
@@ -212,29 +175,28 @@ def change(
     start: tuple[float, float, float, int],
     limit: float = math.inf,
 ) -> float:
-    """Exchange clip ``k`` of a player, change where and when they begin, and return -log P(Y).
+    """Exchange clip ``k`` of a player (-1: none), change where and when they begin.
 
-    ``start`` is x, z, theta and delay.
-
-    The result is infinite for a delay out of range; the scene is then unchanged.
+    ``start`` is x, z, theta and delay. Returns the new -log P(Y), infinite for a delay below 0 or
+    above MOST_DELAY; the scene is then unchanged, and undo does no harm.
     """
     x, z, theta, delay = start
-    origin = scene.placed[player, 0]
-    same = origin[0] == x and origin[1] == z and origin[2] == theta
-    if same and delay == scene.begin[player, 0]:
-        return swap(scene, library, player, k, entry, limit)
+    was = start_of(scene, player)
     _keep(scene, player)
     if delay < 0 or delay > MOST_DELAY:
         return math.inf
-    scene.entry[player, k] = entry
+    if k >= 0:
+        scene.entry[player, k] = entry
+    if was[0] == x and was[1] == z and was[2] == theta and was[3] == delay:
+        return _refresh(scene, library, player, k, limit)
     scene.begin[player, 0] = delay
     put_origin(scene.placed[player], x, z, theta)
     return _refresh(scene, library, player, -1, limit)
 
 
-@compiled
+@kernel
 def undo(scene: SceneArrays) -> None:
-    """Take the last swap, move, shift or change back; do nothing if there is none."""
+    """Take the last change back; do nothing if there is none."""
     if scene.last[0] >= 0:
         _copy(scene, scene.kept, scene.now, scene.last[0])
         if scene.last[1] >= 0:
@@ -242,7 +204,7 @@ def undo(scene: SceneArrays) -> None:
         scene.last[0] = -1
 
 
-@compiled
+@kernel
 def token_errors(scene: SceneArrays, library: ClipArrays, errors: FloatArray) -> float:
     """Fill ``errors`` (P, L) with the errors of all clips, 0 elsewhere; return their sum."""
     total = 0.0
@@ -270,7 +232,7 @@ def token_errors(scene: SceneArrays, library: ClipArrays, errors: FloatArray) ->
     return total + scene.total[TOTAL]
 
 
-@compiled
+@kernel
 def _share_collisions(scene: SceneArrays, library: ClipArrays, errors: FloatArray) -> None:
     """Add the cost of collisions to the clips that touch, by the grid points at which they do."""
     n_players = len(scene.n_clips)
@@ -328,7 +290,7 @@ def _copy_grid(source: Changing, goal: Changing, player: int, since: int) -> Non
         goal.overlaps[player, q] = goal.overlaps[q, player] = source.overlaps[player, q]
 
 
-@compiled
+@kernel
 def _refresh(scene: SceneArrays, library: ClipArrays, player: int, k: int, limit: float) -> float:
     """Evaluate everything that a change of clip ``k`` (-1: of all) of a player can affect.
 

@@ -17,28 +17,16 @@ The axes, and compose() over whole arrays, are those of :mod:`motiondb.scene.cli
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from motiondb.grammar.kernels import inlined, kernel
 from motiondb.records import FloatArray
 
 if TYPE_CHECKING:
     from motiondb.scene.clips.clips import ClipLibrary
-
-
-compiled = njit(cache=True, nogil=True, _nrt=False)  # type: ignore[call-overload]  # no _nrt there
-"""Decorator of functions over a scene's arrays: cached, without the global lock or counts of
-references. numba counts references to each array of a tuple when a function is called and when it
-returns, which takes ten times as long as most of these functions. Without counting, a compiled
-function may read, write and slice the arrays it is given, and return numbers. It must not create
-arrays or return them."""
-_small: Any = {"cache": True, "nogil": True, "_nrt": False, "forceinline": True}
-inlined = njit(**_small)
-"""The same for small functions that are called for every rule: a call passes all arrays of a scene,
-which takes longer than what they do."""
 
 
 CLIP = np.dtype(
@@ -104,7 +92,7 @@ def put_origin(placed: FloatArray, x: float, z: float, theta: float) -> None:
     placed[0, 3], placed[0, 4] = math.cos(theta), math.sin(theta)
 
 
-@compiled
+@kernel
 def chain(
     placed: FloatArray,
     begin: NDArray[np.int64],

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 
+from motiondb.grammar.kernels import inlined, kernel
 from motiondb.records import MOTION_FPS, FloatArray
 from motiondb.scene.energy.binding import (
     AT_END,
@@ -25,7 +26,7 @@ from motiondb.scene.energy.binding import (
     THROUGHOUT,
     UNMET,
 )
-from motiondb.scene.energy.placement import ClipArrays, compiled, inlined, place_in_clip
+from motiondb.scene.energy.placement import ClipArrays, place_in_clip
 from motiondb.scene.energy.scene_arrays import SceneArrays, place_of
 from motiondb.scene.language.semantic_rules import PASS_SPEED, SMALLEST
 
@@ -112,7 +113,7 @@ def _measure(
     return apart
 
 
-@compiled
+@kernel
 def values_at(
     kind: int,
     places: FloatArray,

@@ -12,21 +12,13 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from motiondb.grammar.cfg.context_free import Tree
+from motiondb.grammar.kernels import inlined, kernel
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.energy.binding import AT_EVENT, AT_START, UNMET, RuleTable
-from motiondb.scene.energy.placement import (
-    ClipArrays,
-    chain,
-    clip_at,
-    compiled,
-    inlined,
-    place_in_clip,
-    put_origin,
-)
+from motiondb.scene.energy.placement import ClipArrays, chain, clip_at, place_in_clip, put_origin
 from motiondb.scene.language.expressions import Spans
 from motiondb.scene.language.semantic_rules import Weights
 
@@ -136,7 +128,7 @@ def empty_scene(
     n, most = len(players), max(len(player.entries) for player in players)
     longest = _longest(state, library) + max(MOST_DELAY, *(p.delay for p in players))
     n_grid, n_rules = longest // every + 2, len(table.rows)
-    depends, depends_first = _dependencies(table.rows, table.partners, n)
+    depends, depends_first = _dependencies(table, n)
     scale = [1.0 / weight for weight in (weights.smooth, weights.collision, weights.effort)]
     now = Changing(
         entry=np.zeros((n, most), np.int64),
@@ -203,30 +195,31 @@ def _near(table: RuleTable, n: int) -> IntArray:
     return near
 
 
-@njit(cache=True, nogil=True)
-def _dependencies(
-    rows: NDArray[np.void], partners: IntArray, n_players: int
-) -> tuple[IntArray, IntArray]:
+def _dependencies(table: RuleTable, n_players: int) -> tuple[IntArray, IntArray]:
     """Return for every player the rules that depend on them, and their reach; see SceneArrays."""
-    reach = np.full((n_players, len(rows)), ANY_TIME - 1)
+    reach = np.full((n_players, len(table.rows)), ANY_TIME - 1)
+    _fill_reach(table.rows, table.partners, reach)
+    players, rules = np.nonzero(reach >= ANY_TIME)
+    firsts = np.searchsorted(players, np.arange(n_players + 1))
+    return np.column_stack([rules, reach[players, rules]]), firsts
+
+
+@kernel
+def _fill_reach(rows: NDArray[np.void], partners: IntArray, reach: IntArray) -> None:
+    """Fill in how far each player (P, R) matters to each rule; below ANY_TIME if not at all."""
     for r in range(len(rows)):
         row = rows[r]
-        if row.kind != UNMET:
-            for n in range(row.partner_first, row.partner_last):
-                reach[row.partner, r] = max(reach[row.partner, r], partners[n] + 1)
-            for looked_at in (row.target, row.other):
-                if looked_at >= 0:
-                    reach[looked_at, r] = ANY_TIME
-            own = row.last
-            if row.moment in (AT_START, AT_EVENT):
-                own = row.first + int(row.moment == AT_EVENT)
-            reach[row.player, r] = max(own, reach[row.player, r])
-    found = np.argwhere(reach >= ANY_TIME)
-    pairs, ends = np.empty_like(found), np.zeros(n_players + 1, np.int64)
-    for n in range(len(found)):
-        pairs[n] = found[n, 1], reach[found[n, 0], found[n, 1]]
-        ends[found[n, 0] + 1 :] += 1
-    return pairs, ends
+        if row.kind == UNMET:
+            continue
+        for n in range(row.partner_first, row.partner_last):
+            reach[row.partner, r] = max(reach[row.partner, r], partners[n] + 1)
+        for looked_at in (row.target, row.other):
+            if looked_at >= 0:
+                reach[looked_at, r] = ANY_TIME
+        own = row.last
+        if row.moment in (AT_START, AT_EVENT):
+            own = row.first + int(row.moment == AT_EVENT)
+        reach[row.player, r] = max(own, reach[row.player, r])
 
 
 # Where the players of a scene are: their clips, the seams between them, and the grid.
@@ -244,7 +237,7 @@ def place_of(
     return place_in_clip(scene.placed[player], library.path, clip.path_start + inside, k)
 
 
-@compiled
+@kernel
 def place_string(scene: SceneArrays, library: ClipArrays, player: int, k: int) -> None:
     """Place everything after clip ``k`` (-1: everything) of a player; update seams and grid."""
     place_clips(scene, library, player, k)

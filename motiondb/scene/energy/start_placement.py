@@ -23,8 +23,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 
+from motiondb.grammar.kernels import kernel, maker
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.scene.energy.binding import (
     DIRECTION,
@@ -36,7 +36,7 @@ from motiondb.scene.energy.binding import (
     THROUGHOUT,
 )
 from motiondb.scene.energy.energy import evaluate
-from motiondb.scene.energy.placement import ClipArrays, compiled, place_in_clip, put_origin
+from motiondb.scene.energy.placement import ClipArrays, place_in_clip, put_origin
 from motiondb.scene.energy.rule_kernels import lateness, moment_of
 from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays, place_of, place_string
 
@@ -45,7 +45,7 @@ _RELAXATIONS = 200  # Rounds of relaxation; enough for chains of a dozen players
 _SURE = 1e-9  # Length below which a vector has no direction
 
 
-@njit(cache=True, nogil=True)
+@maker
 def place_start(scene: SceneArrays, library: ClipArrays) -> float:
     """Set the best origins and delays of all players, and return -log P(Y).
 
@@ -59,7 +59,7 @@ def place_start(scene: SceneArrays, library: ClipArrays) -> float:
     return evaluate(scene, library)
 
 
-@compiled
+@kernel
 def place_player(scene: SceneArrays, library: ClipArrays, player: int, facing: bool) -> None:
     """Set the best origin of one player, given the others; ``facing`` includes direction rules.
 
@@ -84,7 +84,7 @@ def place_player(scene: SceneArrays, library: ClipArrays, player: int, facing: b
     place_string(scene, library, player, -1)
 
 
-@njit(cache=True, nogil=True)
+@maker
 def set_delays(scene: SceneArrays, library: ClipArrays) -> None:
     """Set the delays of all players that fulfil the synchronisation rules best.
 
@@ -111,7 +111,7 @@ def set_delays(scene: SceneArrays, library: ClipArrays) -> None:
         place_string(scene, library, player, -1)
 
 
-@compiled
+@kernel
 def _later(
     scene: SceneArrays, library: ClipArrays, player: int, starts: FloatArray, group: IntArray
 ) -> float:
@@ -135,7 +135,7 @@ def _later(
     return later / links if links > 0.0 else 0.0
 
 
-@compiled
+@kernel
 def _where(
     scene: SceneArrays, library: ClipArrays, r: int
 ) -> tuple[float, float, float, float, float]:
@@ -150,7 +150,7 @@ def _where(
     return x, z, theta, tx, tz
 
 
-@compiled
+@kernel
 def _means(
     scene: SceneArrays, library: ClipArrays, player: int
 ) -> tuple[float, float, float, float, float]:
@@ -168,7 +168,7 @@ def _means(
     return 0.0, 0.0, 0.0, 0.0, 0.0
 
 
-@compiled
+@kernel
 def _turn_of_places(
     scene: SceneArrays, library: ClipArrays, player: int, means: tuple[float, float, float, float]
 ) -> tuple[float, float]:
@@ -184,7 +184,7 @@ def _turn_of_places(
     return c, s
 
 
-@compiled
+@kernel
 def _turn_of_headings(scene: SceneArrays, library: ClipArrays, player: int) -> tuple[float, float]:
     """Return the sums whose angle is the turn that the direction rules ask for."""
     c = s = 0.0
@@ -199,7 +199,7 @@ def _turn_of_headings(scene: SceneArrays, library: ClipArrays, player: int) -> t
     return c, s
 
 
-@compiled
+@kernel
 def _turn_to_others(scene: SceneArrays, library: ClipArrays, player: int) -> float:
     """Return the turn that faces the target of a distance or line rule; 0 without one."""
     x, z, theta = scene.placed[player, 0, 0], scene.placed[player, 0, 1], scene.placed[player, 0, 2]

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 from motiondb.errors import Fault, SceneError, suggestion
-from motiondb.grammar.cfg.context_free import Grammar
+from motiondb.grammar.cfg.context_free import Grammar, reachable_symbols
 from motiondb.scene.language.activity import GIVE, SEND, STRIKE, Activity
 from motiondb.scene.language.semantic_rules import SemanticRule, Weights
 
@@ -139,6 +139,12 @@ class MotionGrammar:
                 f" {start!r}.{suggestion(start, symbols) or ' Choose one of them.'}"
             )
         return replace(self.grammar, start=start or symbols[0])
+
+    def unasked(self, team: str) -> tuple[str, ...]:
+        """Return a role's actions without an event or the object that nobody has to ask for."""
+        known = reachable_symbols(self.started(self.start_of(team)))
+        free = (one.name for one in self.terminals if one.name in known and not one.event)
+        return tuple(n for n in free if n not in self.only_asked and not self.activity.deed(n))
 
     def rules_of(self, symbol: str, ancestors: Collection[str]) -> tuple[SemanticRule, ...]:
         """Return the semantic rules of a symbol that has ``ancestors`` above it in a parse tree."""

@@ -15,8 +15,8 @@ from motiondb.body import body
 from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.scene.energy.binding import RuleTable
-from motiondb.scene.energy.guarding import attends, guard_bounds, guarded
 from motiondb.scene.language.tactics import Stretch
+from motiondb.scene.polish.following import attends, guard_bounds, guarded
 from motiondb.scene.report.report_records import GuardReport, RuleReport, SeenFault
 from motiondb.scene.report.visible_motion import segment_distances, travel_speeds
 from motiondb.scene.thing.thing_flight import Ball

@@ -26,10 +26,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from motiondb.grammar.kernels import kernel, maker
 from motiondb.records import FloatArray, IntArray
-from motiondb.scene.energy.placement import ClipArrays, compiled
+from motiondb.scene.energy.placement import ClipArrays
 
 
 class ClipGroups(NamedTuple):
@@ -74,14 +74,14 @@ def tempered(
     return groups._replace(follow=follow, precede=np.ascontiguousarray(follow.T))
 
 
-@compiled
+@kernel
 def uniform_entry(library: ClipArrays, entry: int, u: float) -> int:
     """Return an entry of the same terminal; ``u`` is uniform in [0, 1)."""
     clip = library.clips[entry]
     return int(clip.first + int(u * (clip.last - clip.first)))
 
 
-@compiled
+@kernel
 def variant_entry(groups: ClipGroups, entry: int, u: float) -> int:
     """Return an entry of the same group; ``u`` is uniform in [0, 1)."""
     g = groups.group[entry]
@@ -89,7 +89,7 @@ def variant_entry(groups: ClipGroups, entry: int, u: float) -> int:
     return int(groups.members[first + int(u * (groups.first[g + 1] - first))])
 
 
-@compiled
+@kernel
 def _seam_weight(groups: ClipGroups, g: int, before: int, after: int) -> float:
     """Return exp(-(its seams) / T) of a group between two classes; -1 means no neighbour."""
     c = groups.seam[g]
@@ -101,7 +101,7 @@ def _seam_weight(groups: ClipGroups, g: int, before: int, after: int) -> float:
     return max(weight, 1e-200)
 
 
-@compiled
+@kernel
 def smooth_entry(
     groups: ClipGroups, entry: int, before: int, after: int, u: float
 ) -> tuple[int, float]:
@@ -162,7 +162,7 @@ def smooth_string(
     return chosen, float(_string(groups, firsts, before, after, draws, chosen))
 
 
-@njit(cache=True, nogil=True)
+@maker
 def _string(
     groups: ClipGroups,
     firsts: IntArray,
@@ -206,7 +206,7 @@ def _string(
     return log_probability
 
 
-@compiled
+@kernel
 def _group_at(groups: ClipGroups, weights: FloatArray, since: int, left: float) -> int:
     """Return the group at the point ``left`` of the cumulative weights of groups from ``since``."""
     for i in range(len(weights)):
@@ -216,7 +216,7 @@ def _group_at(groups: ClipGroups, weights: FloatArray, since: int, left: float) 
     return since + len(weights) - 1
 
 
-@compiled
+@kernel
 def _end_weight(table: FloatArray, neighbour: int, c: int) -> float:
     """Return exp(-seam / T) of a neighbour and class ``c``; 1 if there is no neighbour."""
     return max(table[neighbour, c], 1e-200) if neighbour >= 0 else 1.0

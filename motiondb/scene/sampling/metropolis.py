@@ -30,10 +30,11 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
+from motiondb.grammar.kernels import kernel, merged
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.energy.binding import SYNCHRONISATION
-from motiondb.scene.energy.energy import change, move, shift, swap, token_errors, undo
-from motiondb.scene.energy.placement import ClipArrays, compiled
+from motiondb.scene.energy.energy import change, start_of, token_errors, undo
+from motiondb.scene.energy.placement import ClipArrays
 from motiondb.scene.energy.rule_kernels import lateness
 from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays
 from motiondb.scene.sampling.clip_choice import (
@@ -46,7 +47,7 @@ from motiondb.scene.sampling.clip_choice import (
 # Places, times and random numbers that the steps of the inner loop are made of, compiled.
 
 
-@compiled
+@kernel
 def origin_for_tail(
     scene: SceneArrays, library: ClipArrays, player: int, k: int, entry: int
 ) -> tuple[float, float, float]:
@@ -62,14 +63,14 @@ def origin_for_tail(
     return x + dx * c + dz * s, z - dx * s + dz * c, start[2] + turn
 
 
-@compiled
+@kernel
 def gaussian(u: float, v: float) -> tuple[float, float]:
     """Return two standard normal numbers from two uniform ones (Box and Muller)."""
     radius = math.sqrt(-2.0 * math.log(1.0 - u))
     return radius * math.cos(2.0 * math.pi * v), radius * math.sin(2.0 * math.pi * v)
 
 
-@compiled
+@kernel
 def linked(scene: SceneArrays, player: int) -> int:
     """Return the players linked with one by synchronisations, itself too: bit p for player p."""
     group, before = 1 << player, 0
@@ -121,7 +122,7 @@ class Walk(NamedTuple):
     after: FloatArray  # (P, L): the same for a proposed scene
 
 
-@compiled
+@kernel
 def walk(
     scene: SceneArrays,
     library: ClipArrays,
@@ -172,20 +173,20 @@ def walk(
     return float(scene.total[0])
 
 
-@compiled
+@kernel
 def accepts(u: float, gain: float) -> bool:
     """Return whether to accept a step with log ratio ``gain``; ``u`` is uniform in [0, 1)."""
     return gain >= 0.0 or u < math.exp(gain)
 
 
-@compiled
+@kernel
 def room(u: float, temperature: float) -> float:
     """Return by how much -log P may rise for :func:`accepts`."""
     return -temperature * math.log(max(u, 1e-300))
 
 
-@compiled
-def price(scene: SceneArrays, how: Walk, player: int = 0, later: int = 0, longer: int = 0) -> float:
+@kernel
+def price(scene: SceneArrays, how: Walk, player: int, later: int, longer: int) -> float:
     """Return the price of delays and frames if a player began ``later`` and took ``longer``."""
     waited, end = later, 0
     for p in range(len(scene.n_clips)):
@@ -195,7 +196,7 @@ def price(scene: SceneArrays, how: Walk, player: int = 0, later: int = 0, longer
     return float(how.delay * waited + how.duration * end)
 
 
-@compiled
+@kernel
 def chosen_by(errors: FloatArray, n_clips: IntArray, left: float) -> tuple[int, int]:
     """Return the player and action at the point ``left`` of the cumulative errors."""
     player, k = 0, 0
@@ -208,19 +209,19 @@ def chosen_by(errors: FloatArray, n_clips: IntArray, left: float) -> tuple[int, 
     return player, k
 
 
-@compiled
+@merged
 def _exchange(
     scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk, total: float
 ) -> tuple[bool, float]:
     """Do an EXCHANGE step; return whether it was accepted, and the new sum of errors."""
     player, k = chosen_by(how.errors, scene.n_clips, u[1] * total)
-    before = float(scene.total[0]) + price(scene, how)
+    before = float(scene.total[0]) + price(scene, how, 0, 0, 0)
     old = scene.entry[player, k]
     new = uniform_entry(library, old, u[2])
     back = -math.log(how.errors[player, k] / total)
     cost = price(scene, how, player, 0, library.clips[new].n_frames - library.clips[old].n_frames)
     limit = before + room(u[3], how.temperature) + how.temperature * back - cost
-    now = swap(scene, library, player, k, new, limit) + cost
+    now = change(scene, library, player, k, new, start_of(scene, player), limit) + cost
     if now == math.inf:
         undo(scene)
         return False, total
@@ -235,7 +236,7 @@ def _exchange(
     return False, total
 
 
-@compiled
+@kernel
 def _any_player(scene: SceneArrays, u: float, how: Walk) -> int:
     """Return a player, drawn by their number of actions, or the one in focus."""
     if how.focus >= 0:
@@ -253,7 +254,7 @@ def _any_player(scene: SceneArrays, u: float, how: Walk) -> int:
     return player
 
 
-@compiled
+@merged
 def _clip_step(
     scene: SceneArrays,
     library: ClipArrays,
@@ -276,24 +277,22 @@ def _clip_step(
         new, ratio = smooth_entry(groups, old, before, after, u[3])
     else:
         new = variant_entry(groups, old, u[3])
-    start = scene.placed[player, 0]
-    origin = (start[0], start[1], start[2])
+    x, z, theta, delay = start_of(scene, player)
     if u[4] < how.tails:
-        origin = origin_for_tail(scene, library, player, k, new)
+        x, z, theta = origin_for_tail(scene, library, player, k, new)
     longer = library.clips[new].n_frames - library.clips[old].n_frames
     later = -longer if u[5] < how.tails else 0
-    energy = float(scene.total[0]) + price(scene, how)
+    energy = float(scene.total[0]) + price(scene, how, 0, 0, 0)
     cost = price(scene, how, player, later, longer)
     limit = energy + room(u[6], how.temperature) + how.temperature * ratio - cost
-    begin = (origin[0], origin[1], origin[2], scene.begin[player, 0] + later)
-    now = change(scene, library, player, k, new, begin, limit) + cost
+    now = change(scene, library, player, k, new, (x, z, theta, delay + later), limit) + cost
     if accepts(u[6], (energy - now) / how.temperature + ratio):
         return True
     undo(scene)
     return False
 
 
-@compiled
+@merged
 def _place_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk) -> bool:
     """Do a PLACE step of 0.1 to 3 times the usual size; return whether it was accepted."""
     player = _any_player(scene, u[1], how)
@@ -308,14 +307,15 @@ def _place_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Wal
     z = pivot[1] - dx * s + dz * c + PUSH * size * ahead
     energy = float(scene.total[0])
     limit = energy + room(u[8], how.temperature)
-    now = move(scene, library, player, (x, z, start[2] + turn), limit)
+    begin = (x, z, start[2] + turn, scene.begin[player, 0])
+    now = change(scene, library, player, -1, 0, begin, limit)
     if accepts(u[8], (energy - now) / how.temperature):
         return True
     undo(scene)
     return False
 
 
-@compiled
+@merged
 def _delay_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk) -> bool:
     """Do a DELAY step of 0.3 to 10 times the usual size; return whether it was accepted."""
     player = _any_player(scene, u[1], how)
@@ -325,24 +325,25 @@ def _delay_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Wal
     for p in range(len(scene.n_clips)):
         if together >> p & 1 and not 0 <= scene.begin[p, 0] + frames <= MOST_DELAY:
             return False
-    energy = float(scene.total[0]) + price(scene, how)
-    now = _shift_all(scene, library, together, frames) + price(scene, how)
+    energy = float(scene.total[0]) + price(scene, how, 0, 0, 0)
+    now = _shift_all(scene, library, together, frames) + price(scene, how, 0, 0, 0)
     if accepts(u[5], (energy - now) / how.temperature):
         return True
     _shift_all(scene, library, together, -frames)
     return False
 
 
-@compiled
+@kernel
 def _shift_all(scene: SceneArrays, library: ClipArrays, players: int, frames: int) -> float:
     """Let players (bits) begin later by some frames; return the new -log P(Y)."""
     for p in range(len(scene.n_clips)):
         if players >> p & 1:
-            shift(scene, library, p, scene.begin[p, 0] + frames)
+            x, z, theta, delay = start_of(scene, p)
+            change(scene, library, p, -1, 0, (x, z, theta, delay + frames), math.inf)
     return float(scene.total[0])
 
 
-@compiled
+@merged
 def _meet_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk) -> bool:
     """Do a MEET step: a delay drawn around the one that fulfils a synchronisation.
 
@@ -360,18 +361,19 @@ def _meet_step(scene: SceneArrays, library: ClipArrays, u: FloatArray, how: Walk
     delay = scene.begin[player, 0]
     wanted = delay + sign * round(lateness(scene, library, r, meant))
     new = wanted + round(TAIL * math.tan(math.pi * (u[3] - 0.5)))
-    energy = float(scene.total[0]) + price(scene, how)
+    energy = float(scene.total[0]) + price(scene, how, 0, 0, 0)
     ratio = _tail(delay - wanted) - _tail(new - wanted)
-    cost = price(scene, how, player, new - delay)
+    cost = price(scene, how, player, new - delay, 0)
     limit = energy + room(u[4], how.temperature) + how.temperature * ratio - cost
-    now = shift(scene, library, player, new, limit) + cost
+    x, z, theta, _ = start_of(scene, player)
+    now = change(scene, library, player, -1, 0, (x, z, theta, new), limit) + cost
     if scene.meant[r] == meant and accepts(u[4], (energy - now) / how.temperature + ratio):
         return True
     undo(scene)
     return False
 
 
-@compiled
+@kernel
 def _tail(frames: int) -> float:
     """Return the log probability of a rounded Cauchy number."""
     high, low = math.atan((frames + 0.5) / TAIL), math.atan((frames - 0.5) / TAIL)

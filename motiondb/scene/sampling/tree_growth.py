@@ -27,9 +27,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
 from motiondb.grammar.cfg.context_free import Grammar
+from motiondb.grammar.kernels import maker
 from motiondb.records import FloatArray, IntArray
 from motiondb.scene.sampling.random_subtrees import Derivations
 
@@ -110,7 +110,7 @@ def exchanged(grammar: Grammar, shape: TreeShape, node: int, rules: Sequence[int
     return tree_shape(grammar, (*shape.rules[:node], *rules, *shape.rules[end:]))
 
 
-@njit(cache=True, nogil=True)
+@maker
 def subtree_errors(children: IntArray, errors: FloatArray, output: FloatArray) -> int:
     """Fill ``output`` with E of all nonterminal nodes in preorder, and return their number.
 

@@ -24,9 +24,14 @@ import numpy as np
 from motiondb.errors import Fault, SceneError
 from motiondb.grammar.cfg.context_free import Tree, reachable_symbols
 from motiondb.records import FloatArray
-from motiondb.scene.energy.step_orders import step_of
 from motiondb.scene.language.activity import GIVE, OPPONENT, PARTNER, ROLES, TARGET
-from motiondb.scene.language.expressions import MOST_ACTIONS, Item, exact_actions, expressions
+from motiondb.scene.language.expressions import (
+    MOST_ACTIONS,
+    Item,
+    exact_actions,
+    expressions,
+    step_of,
+)
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.semantic_rules import (
     PASS_SPEED,

@@ -16,8 +16,7 @@ from itertools import combinations, pairwise
 from motiondb.errors import Fault, SceneError
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.scene.energy.binding import DISTANCE, POINT, Binder, RuleTable
-from motiondb.scene.energy.step_orders import step_of
-from motiondb.scene.language.expressions import Item
+from motiondb.scene.language.expressions import Item, step_of
 from motiondb.scene.language.motion_grammar import MotionGrammar
 from motiondb.scene.language.semantic_rules import END, START, THROUGHOUT, DistanceRule, Spot
 from motiondb.scene.language.tactics import Diagram, Element, Stretch

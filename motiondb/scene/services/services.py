@@ -14,7 +14,7 @@ from math import exp, inf
 import numpy as np
 
 from motiondb.errors import Fault, SceneError, suggestion
-from motiondb.grammar.cfg import prefix
+from motiondb.grammar.cfg import parse as parsing
 from motiondb.grammar.cfg.compiled import CompiledGrammar, compile_grammar
 from motiondb.grammar.cfg.context_free import (
     Grammar,
@@ -23,8 +23,13 @@ from motiondb.grammar.cfg.context_free import (
     nullable_symbols,
     reachable_symbols,
 )
-from motiondb.grammar.cfg.parse import count_trees, explain, parse
-from motiondb.grammar.cfg.prefix import best_strings, prefix_log_probability
+from motiondb.grammar.cfg.parse import (
+    best_strings,
+    count_trees,
+    explain,
+    parse,
+    prefix_log_probability,
+)
 from motiondb.grammar.derivation.plan import best_plan
 from motiondb.scene.language.motion_grammar import MotionGrammar
 
@@ -182,7 +187,7 @@ def validate(grammar: MotionGrammar, actions: Sequence[str], start: str = "") ->
             n_trees = count_trees(rules, actions)
             return Validation(True, symbol, parse(rules, actions), n_trees=n_trees)
         else:
-            first = tuple(name for name, _ in prefix.suggest(rules, ()) if name is not None)
+            first = tuple(name for name, _ in parsing.suggest(rules, ()) if name is not None)
             faults.append(Validation(False, symbol, None, 0, first))
     furthest = max(fault.position for fault in faults)
     best = [fault for fault in faults if fault.position == furthest]
@@ -232,9 +237,9 @@ def suggest(grammar: MotionGrammar, actions: Sequence[str], start: str = "") -> 
         # relative, because the probability of a long string is below the smallest number
         weight = exp(log_weight - highest) if log_weight > -inf else 0.0
         if weight > 0.0:
-            for action, chance in prefix.suggest(rules, actions):
+            for action, chance in parsing.suggest(rules, actions):
                 chances[action] = chances.get(action, 0.0) + weight * chance
-    end = chances.pop(prefix.END, 0.0)
+    end = chances.pop(parsing.END, 0.0)
     if not actions:  # every player has at least one action
         end = 0.0
     total = sum(chances.values()) + end

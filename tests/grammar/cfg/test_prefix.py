@@ -10,8 +10,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from motiondb.grammar.cfg.context_free import Grammar, Rule, read_grammar
-from motiondb.grammar.cfg.parse import ParseError, log_probability
-from motiondb.grammar.cfg.prefix import prefix_log_probability, suggest
+from motiondb.grammar.cfg.parse import ParseError, log_probability, prefix_log_probability, suggest
 
 LEFT = read_grammar("S -> S a [0.5] | S b [0.2] | c [0.3]")
 

@@ -14,7 +14,6 @@ from motiondb.grammar.induction.rewriting import (
     merge,
     replace,
     substitute,
-    substitute_once,
     tidy,
 )
 from motiondb.grammar.induction.rule_arrays import (
@@ -144,7 +143,7 @@ def test_alternatives_are_written_into_the_one_rule_that_uses_them(rule_set, dat
     expected = [u for u in uses_of(rule_set) if u[0] != B and u[1] != right]
     for part, number in rule_set.rules[B].items():
         expected.append((A, (*inner[:place], *part, *inner[place:]), number))
-    assert Arrays(rule_set).after(substitute_once, B) == collected(expected)
+    assert Arrays(rule_set).after(substitute, B) == collected(expected)
 
 
 def test_what_never_saves_bits_is_written_out_wherever_it_stands() -> None:

@@ -12,6 +12,7 @@ from naive_rules import strings_of
 
 from motiondb.grammar.cfg.context_free import GrammarError
 from motiondb.grammar.induction.law_checks import is_lawful
+from motiondb.grammar.induction.rule_arrays import empty_table, rules_of
 from motiondb.grammar.rules.rule_set import RuleSet
 from motiondb.grammar.sentences import context_bits
 from motiondb.grammar.sentences.borders import recurring_splits, united_splits
@@ -68,15 +69,13 @@ def test_quick_bits_are_those_of_the_rules_they_stand_for(letters, seed):
 def context_rules(covered, starts, ends):
     """The grammar whose bits context_bits counts, as rules with the number of their uses."""
     n = 2 * starts.size + 1
-    table = np.empty((n, 4), dtype=np.int64)
     text = np.empty(
         2 * (covered.symbols.size + int((ends - starts).max()) + starts.size), dtype=np.int64
     )
-    _, n_rights, used = context_bits._context_grammar(covered, starts, ends, table, text)
-    rules = {covered.n_terminals: {}}
-    for left, offset, length, count in table[:n_rights].tolist():
-        rules.setdefault(left, {})[tuple(text[offset : offset + length].tolist())] = count
-    result = RuleSet(covered.n_terminals, rules)
+    table = empty_table(text, n, covered.n_terminals)
+    _, used = context_bits._context_grammar(covered, starts, ends, table)
+    result = rules_of(table, RuleSet(covered.n_terminals, {}))
+    rules = dict(result.rules)
     for number in np.flatnonzero(used).tolist():
         symbol = covered.n_terminals + 1 + number
         first, length = int(covered.repeat_starts[number]), int(covered.repeat_lengths[number])

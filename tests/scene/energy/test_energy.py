@@ -236,15 +236,11 @@ def changed(scene, library, rng) -> tuple[float, Callable[[], None]]:
     def back() -> None:
         energies.undo(scene)
 
-    if way < 0.6:
-        return energies.swap(scene, library, player, k, entry), back
-    if way < 0.7:
-        return energies.move(scene, library, player, (x + dx, z + dz, theta + turn)), back
-    if way < 0.8:
-        return energies.shift(scene, library, player, delay), back
-    origin = (x + dx, z + dz, theta + turn)
-    if way < 0.85:
-        origin, delay = (x, z, theta), int(scene.begin[player, 0])
+    if 0.6 <= way < 0.8:
+        k = -1
+    origin = (x, z, theta) if way < 0.7 else (x + dx, z + dz, theta + turn)
+    if way < 0.6 or 0.7 <= way < 0.75:
+        delay = int(scene.begin[player, 0])
     return energies.change(scene, library, player, k, entry, (*origin, delay)), back
 
 
@@ -289,10 +285,11 @@ def test_a_change_above_its_limit_is_infinite_and_others_are_whole(wandering) ->
         k = int(rng.integers(scene.n_clips[player]))
         clip = arrays.clips[scene.entry[player, k]]
         entry = int(rng.integers(clip["first"], clip["last"]))
-        energy_then = energies.swap(scene, arrays, player, k, entry)
+        start = (*scene.placed[player, 0, :3].tolist(), int(scene.begin[player, 0]))
+        energy_then = energies.change(scene, arrays, player, k, entry, start)
         energies.undo(scene)
         limit = energy_then + rng.normal(0.0, 100.0)
-        actual = energies.swap(scene, arrays, player, k, entry, limit)
+        actual = energies.change(scene, arrays, player, k, entry, start, limit)
         assert actual == energy_then or (math.isinf(actual) and energy_then > limit)
         refused += math.isinf(actual)
         energies.undo(scene)
@@ -323,12 +320,12 @@ def test_delays_are_bounded(wandering) -> None:
     state, library, table = random_scene(wandering, "carrying", np.random.default_rng(0))
     arrays = clip_arrays(library)
     scene = energies.scene_arrays(state, arrays, table, WEIGHTS)
-    before = scene.total[0]
+    before, origin = scene.total[0], scene.placed[0, 0, :3].tolist()
     for delay in (-1, MOST_DELAY + 1):
-        assert energies.shift(scene, arrays, 0, delay) == math.inf
+        assert energies.change(scene, arrays, 0, -1, 0, (*origin, delay)) == math.inf
         energies.undo(scene)
         assert scene.total[0] == before
-    assert math.isfinite(energies.shift(scene, arrays, 0, MOST_DELAY))
+    assert math.isfinite(energies.change(scene, arrays, 0, -1, 0, (*origin, MOST_DELAY)))
 
 
 def row(table, **columns):

@@ -11,9 +11,9 @@ from motiondb.body import body, retarget
 from motiondb.grammar.cfg.parse import parse
 from motiondb.records import Motion
 from motiondb.scene.energy.binding import bind
-from motiondb.scene.energy.guarding import guarded
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
+from motiondb.scene.polish.following import guarded
 from motiondb.scene.report.report_records import JumpReport, LimbReport
 from motiondb.scene.report.scene_report import _rule
 from motiondb.scene.report.seen import guard_reports, kept_reports, seen_faults
