@@ -58,6 +58,8 @@ from motiondb.records import Axes, Float32Array, FloatArray, IntArray, MayBeUnkn
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 AT_ONCE = 2**13  # Rows in ``blocks``
+SMALLER = 0.4  # Rows a column from which the system of the columns takes less work to solve
+PARTS_AT_ONCE = 2**9  # Rows of the parts that are left out together, unless one has more
 
 
 def fit_ridge(
@@ -203,11 +205,40 @@ class Fitted:
         rows = np.asarray(self.regression.rows[which], dtype=np.float64)
         return centred - self._errors(rows, centred, apart)
 
-    def without(self, which: IntArray | slice) -> FloatArray:
+    def without(self, which: IntArray) -> FloatArray:
         """Slopes (columns, words) without some rows; the means stay those of all rows."""
-        rows = np.asarray(self.regression.rows[which], dtype=np.float64)
-        back = rows.T @ self._errors(rows, self.centred[which])
-        return np.asarray(self.slopes - self.regression.inverse @ back)
+        if len(which) <= len(self.slopes):  # the smaller system
+            rows = np.asarray(self.regression.rows[which], dtype=np.float64)
+            back = rows.T @ self._errors(rows, self.centred[which])
+            return np.asarray(self.slopes - self.regression.inverse @ back)
+        gram = self.regression.gram.copy()
+        cross = gram @ self.slopes
+        for some in blocks(len(which)):
+            rows = np.asarray(self.regression.rows[which[some]], dtype=np.float64)
+            gram -= rows.T @ rows
+            cross -= rows.T @ self.centred[which[some]]
+        return np.asarray(np.linalg.solve(gram, cross), dtype=np.float64)
+
+    def left_out(
+        self, parts: Sequence[slice], apart: Sequence[FloatArray | None] | None = None
+    ) -> FloatArray:
+        """As :meth:`of_others`, of parts that follow one another, each without itself alone."""
+        found = np.empty((parts[-1].stop, self.slopes.shape[1]))
+        known, first = apart or [None] * len(parts), 0
+        gram, inverse = self.regression.gram, self.regression.inverse
+        while first < len(parts):  # products of many rows are quicker than those of each part
+            low, last = parts[first].start, first + 1
+            while last < len(parts) and parts[last].stop - low <= PARTS_AT_ONCE:
+                last += 1
+            some = slice(low, parts[last - 1].stop)
+            rows, centred = np.asarray(self.regression.rows[some], np.float64), self.centred[some]
+            residuals = centred - rows @ self.slopes
+            for part, own in zip(parts[first:last], known[first:last]):
+                a, b = part.start - low, part.stop - low
+                left = residuals_without(rows[a:b], gram, inverse, residuals[a:b], own)
+                found[part] = centred[a:b] - left
+            first = last
+        return found
 
     def _errors(
         self, rows: FloatArray, centred: FloatArray, apart: FloatArray | None = None
@@ -265,7 +296,7 @@ def residuals_without(
 
     `apart`: I - H of the rows, where it is known.
     """
-    if len(rows) > rows.shape[1]:  # the smaller system
+    if apart is None and len(rows) > SMALLER * rows.shape[1]:
         back = np.linalg.solve(gram - rows.T @ rows, rows.T @ residuals)
         return np.asarray(residuals + rows @ back)
     apart = without_share(rows, inverse) if apart is None else apart
