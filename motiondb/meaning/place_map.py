@@ -101,7 +101,10 @@ def find_shown(takes: ListedTakes, *, overwrite: bool = False) -> FloatArray:
     apart = [regression.apart(inside) for inside in rows]
     for _ in range(ROUNDS):
         evidence = FittedPlaces(regression.fit(shown)).left_out(takes, apart)
-        shown = DAMPING * shown + (1.0 - DAMPING) * place_actions(takes, rows, evidence)
+        shown *= DAMPING  # in place: of hours they are large
+        placed = place_actions(takes, rows, evidence)
+        placed *= 1.0 - DAMPING
+        shown += placed
     return shown
 
 

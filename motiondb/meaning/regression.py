@@ -80,18 +80,21 @@ def fit_ridges(
     weights: FloatArray | None = None,
 ) -> list[tuple[FloatArray, FloatArray]]:
     """As :func:`fit_ridge`, for several ridges: the products of the rows are computed once."""
-    if weights is None:
-        mean_v, mean_y = vectors.mean(axis=0), target.mean(axis=0)
-        v, y = vectors - mean_v, target - mean_y
-    else:
-        root = np.sqrt(weights)[:, None]
-        mean_v, mean_y = weights @ vectors / weights.sum(), weights @ target / weights.sum()
+    weights = np.ones(len(vectors)) if weights is None else weights
+    total, root = weights.sum(), np.sqrt(weights)[:, None]
+    mean_v, mean_y = weights @ vectors / total, weights @ target / total
+    if len(vectors) < vectors.shape[1]:  # the dual solution, whose matrix is smaller
         v, y = root * (vectors - mean_v), root * (target - mean_y)
-    if len(v) < v.shape[1]:  # the dual solution, whose matrix is smaller
         gram, eye = v @ v.T, np.eye(len(v))
         slopes = [v.T @ np.linalg.solve(gram + ridge * eye, y) for ridge in ridges]
     else:
-        gram, cross, eye = v.T @ v, v.T @ y, np.eye(v.shape[1])
+        gram, eye = np.zeros((len(mean_v),) * 2), np.eye(len(mean_v))
+        cross = np.zeros((len(mean_v), len(mean_y)))
+        for first in range(0, len(vectors), PARTS_AT_ONCE):
+            some = slice(first, first + PARTS_AT_ONCE)
+            v, y = root[some] * (vectors[some] - mean_v), root[some] * (target[some] - mean_y)
+            gram += v.T @ v
+            cross += v.T @ y
         slopes = [np.linalg.solve(gram + ridge * eye, cross) for ridge in ridges]
     return [(each, mean_y - mean_v @ each) for each in slopes]
 
