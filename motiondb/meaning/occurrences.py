@@ -70,7 +70,7 @@ from motiondb.meaning.limb_sides import (
     limb_held,
     outward_speeds,
 )
-from motiondb.meaning.score_vectors import averaged_rows
+from motiondb.meaning.score_vectors import averaged_rows, running_median
 from motiondb.meaning.travelled import SPINS, SPUN, TURNS
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
@@ -493,8 +493,6 @@ def _until_rest(unrest: FloatArray) -> int:
 
 def _unrest(track: FloatArray, word: str) -> FloatArray:
     """How far from rest a body is: array (frames,), up to 1 at rest."""
-    from scipy.ndimage import median_filter
-
     heights = track[:, 0]
     feet = track[:, 4:6].max(axis=1) if word == "kick" else track[:, 4:6].min(axis=1)
     parts = [np.abs(np.gradient(heights)) * MOTION_FPS / SINKING, feet / MAX_HEIGHT]
@@ -503,16 +501,14 @@ def _unrest(track: FloatArray, word: str) -> FloatArray:
     elif word in LOW:
         parts.append((np.quantile(heights, UPRIGHT) - heights) / (RETURNED * LOW[word]))
     elif word in FLIGHTS:
-        sagged = median_filter(heights, size=2 * LASTING - 1, mode="nearest") - heights
+        sagged = running_median(heights, 2 * LASTING - 1) - heights
         parts.append(sagged / SAGGED)
     return np.asarray(np.max(parts, axis=0))
 
 
 def aloft(track: FloatArray) -> NDArray[np.bool_]:
     """Frames of the times in which the pelvis is aloft, and once both feet are: array (frames,)."""
-    from scipy.ndimage import median_filter  # most questions do without
-
-    rise = track[:, 0] - median_filter(track[:, 0], size=LASTING, mode="nearest")
+    rise = track[:, 0] - running_median(track[:, 0], LASTING)
     off = np.asarray((track[:, 4:6] > MAX_HEIGHT).all(axis=1))
     kept = np.zeros(len(track), dtype=bool)
     for start, end in runs(np.asarray(rise > RISE)):

@@ -331,6 +331,19 @@ def averaged_rows(rows: FloatArray, reach: int) -> FloatArray:
     return np.asarray((sums[high] - sums[low]) / (high - low).reshape(-1, *(1,) * (rows.ndim - 1)))
 
 
+def running_median(values: FloatArray, size: int) -> FloatArray:
+    """Median of ``size`` values around each, an odd number; the first and last are repeated.
+
+    As ``scipy.ndimage.median_filter`` with ``mode="nearest"``, whose import takes 0.2 s.
+
+    >>> running_median(np.array([0.0, 9.0, 1.0, 2.0, 2.0]), 3).tolist()
+    [0.0, 1.0, 2.0, 2.0, 2.0]
+    """
+    padded = np.pad(values, size // 2, mode="edge")
+    around = np.lib.stride_tricks.sliding_window_view(padded, size)
+    return np.partition(around, size // 2, axis=1)[:, size // 2]
+
+
 def soft_levels(values: FloatArray) -> FloatArray:
     """s of the module's docstring, level after level: array (frames, levels * columns)."""
     halves = [np.tanh((values - level) / (2.0 * SOFTNESS)) for level in LEVELS]
