@@ -77,7 +77,7 @@ def fit_model(
     held = spread(frames, pool.bounds, workers)
     acquired = acquire_symbols(held, pool, rng, settings, tell)
     tell("scoring", 0.0)
-    table = segment_table(held, pool, acquired.symbols, acquired.cutting)
+    table = segment_table(held, pool, acquired.symbols, acquired.cutting, acquired.scores)
     tell("symbol space", 0.0)
     symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
     tell("words", 0.0)

@@ -57,7 +57,7 @@ from numpy.typing import NDArray
 from motiondb.records import Axes, Float32Array, FloatArray, IntArray, MayBeUnknown, Sizes
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
-AT_ONCE = 2**13  # Rows in ``blocks``
+AT_ONCE = 2**11  # Rows in ``blocks``
 SMALLER = 0.4  # Rows a column from which the system of the columns takes less work to solve
 PARTS_AT_ONCE = 2**9  # Rows of the parts that are left out together, unless one has more
 
