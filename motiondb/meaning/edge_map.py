@@ -197,20 +197,17 @@ class _Regression:
         n_frames = np.array([len(take.frames) for take in takes])
         self.weights = np.sqrt(FEATURE_FPS / n_frames)
         self.total = float(self.weights @ n_frames)
-        sums, gram, cross = np.zeros(()), np.zeros(()), np.zeros(())
-        for take, weight in zip(takes, self.weights):
-            cues = frame_cues(take.frames)
-            sums = sums + weight * cues.sum(axis=0)
-            gram = gram + weight * (cues.T @ cues)
-            cross = np.zeros((len(sums), n_words)) if not cross.ndim else cross
-            cross[:, list(take.words)] += weight * (cues.T @ take.shown)
-        self.centre: FloatArray = sums / self.total
-        gram -= self.total * np.outer(self.centre, self.centre)
-        mean = self.mean([take.shown for take in takes], n_words)
+        sums = np.array([frame_cues(take.frames).sum(axis=0) for take in takes])
+        self.centre: FloatArray = np.asarray(self.weights @ sums / self.total)
+        self.spread: FloatArray = np.ones(len(self.centre))
+        gram, self.cross = np.zeros((len(self.centre),) * 2), np.zeros((len(self.centre), n_words))
+        for n, take in enumerate(takes):
+            cues = self.cues(n)
+            gram += cues.T @ cues
+            self.cross[:, list(take.words)] += self.products(n, cues, take.shown)
         deviation = np.sqrt(np.diag(gram) / self.total)
-        self.spread: FloatArray = np.asarray(deviation + LEAST_SPREAD * deviation.mean() + 1e-9)
-        cross -= self.total * np.outer(self.centre, mean)
-        self.cross: FloatArray = cross / self.spread[:, None]  # With y of the segments
+        self.spread = np.asarray(deviation + LEAST_SPREAD * deviation.mean() + 1e-9)
+        self.cross /= self.spread[:, None]  # with y of the segments
         gram /= np.outer(self.spread, self.spread)
         self.gram: FloatArray = gram + RIDGE * np.eye(len(gram))
         self.inverse: FloatArray = np.asarray(np.linalg.inv(self.gram))

@@ -99,9 +99,11 @@ class MotionJudge:
         """Likeness k of windows to those of the judge: array (n, windows)."""
         x, (known, lengths) = self._clipped(rows), self._known
         with one_blas_thread():  # sums of several threads differ in their last bits
-            product = x @ known.T
-        apart = (x**2).sum(axis=1)[:, None] + lengths - 2.0 * product
-        return np.exp(-np.maximum(apart, 0.0) / x.shape[1])
+            alike = 2.0 * x @ known.T
+        alike -= (x**2).sum(axis=1)[:, None] + lengths  # in place: they are many
+        np.minimum(alike, 0.0, out=alike)
+        alike /= x.shape[1]
+        return np.asarray(np.exp(alike, out=alike))
 
     def _clipped(self, rows: FloatArray) -> FloatArray:
         return np.clip((rows - self.mean) / self.spread, -CLIP, CLIP)

@@ -59,6 +59,7 @@ from motiondb.symbols.hmm_jobs import one_blas_thread
 
 AT_ONCE = 2**11  # Rows in ``blocks``
 SMALLER = 0.4  # Rows a column from which the system of the columns takes less work to solve
+ANSWERS_AT_ONCE = 2**16  # Rows of a logistic regression that are looked at together
 PARTS_AT_ONCE = 2**9  # Rows of the parts that are left out together, unless one has more
 
 
@@ -80,9 +81,11 @@ def fit_ridges(
     weights: FloatArray | None = None,
 ) -> list[tuple[FloatArray, FloatArray]]:
     """As :func:`fit_ridge`, for several ridges: the products of the rows are computed once."""
-    weights = np.ones(len(vectors)) if weights is None else weights
-    total, root = weights.sum(), np.sqrt(weights)[:, None]
-    mean_v, mean_y = weights @ vectors / total, weights @ target / total
+    if weights is None:
+        mean_v, mean_y, root = vectors.mean(axis=0), target.mean(axis=0), np.ones((len(vectors), 1))
+    else:
+        mean_v, mean_y = weights @ vectors / weights.sum(), weights @ target / weights.sum()
+        root = np.sqrt(weights)[:, None]
     if len(vectors) < vectors.shape[1]:  # the dual solution, whose matrix is smaller
         v, y = root * (vectors - mean_v), root * (target - mean_y)
         gram, eye = v @ v.T, np.eye(len(v))
@@ -429,12 +432,15 @@ def fit_logistic(
     positive = np.arange(x.shape[1]) < n_positive
     beta = start.copy()
     for _ in range(_ROUNDS):
-        p = probability(x @ beta)
-        gradient = x.T @ (n * (y - p)) - precision @ (beta - start)
+        gradient, curvature = precision @ (start - beta), precision.copy()
+        for first in range(0, len(x), ANSWERS_AT_ONCE):  # of hours of captions x is large
+            some = slice(first, first + ANSWERS_AT_ONCE)
+            p = probability(x[some] @ beta)
+            gradient += x[some].T @ (n[some] * (y[some] - p))
+            curvature += (x[some] * (n[some] * p * (1.0 - p))[:, None]).T @ x[some]
         free = ~(positive & (beta <= 0.0) & (gradient <= 0.0))
-        curvature = (x[:, free] * (n * p * (1.0 - p))[:, None]).T @ x[:, free]
         step = np.zeros_like(beta)
-        step[free] = np.linalg.solve(curvature + precision[np.ix_(free, free)], gradient[free])
+        step[free] = np.linalg.solve(curvature[np.ix_(free, free)], gradient[free])
         new = beta + step / max(1.0, float(np.abs(step).max()))
         new[positive] = np.maximum(new[positive], 0.0)
         if np.abs(new - beta).max() < 1e-9:

@@ -183,21 +183,19 @@ def fit_score_space(
     Shapes: `scores` (segments, symbols); `lengths` (segments,); `movement` (segments, columns).
     """
     weights = lengths / lengths.sum()
-    n_symbols = scores.shape[1]
-    n_columns = n_symbols + (0 if movement is None else movement.shape[1])
-    mean, spread = np.zeros((2, n_columns))
-    for total, centre in ((mean, np.zeros(n_columns)), (spread, mean)):
-        for first in range(0, len(scores), FITTED_AT_ONCE):
-            some = slice(first, first + FITTED_AT_ONCE)
-            rows = _relative(scores[some])
-            if movement is not None:
-                rows = np.concatenate([rows, movement[some]], axis=1)
-            rows -= centre
-            total += weights[some] @ (rows if total is mean else rows**2)
-    spread = np.sqrt(spread)
-    for block in (spread[:n_symbols], spread[n_symbols:]):
-        np.maximum(block, 1e-6 + 0.01 * block.max(initial=0.0), out=block)
-    return ScoreSpace(mean, spread)
+    parts = [slice(n, n + FITTED_AT_ONCE) for n in range(0, len(scores), FITTED_AT_ONCE)]
+    means, spreads = [], []
+    for columns in [scores] if movement is None else [scores, movement]:
+
+        def rows(some: slice, columns: Float32Array = columns) -> NDArray[Any]:
+            return _relative(columns[some]) if columns is scores else columns[some]
+
+        mean = sum((weights[some] @ rows(some) for some in parts), np.zeros(columns.shape[1]))
+        squares = sum(weights[some] @ np.square(rows(some) - mean) for some in parts)
+        spread = np.sqrt(squares)
+        means.append(mean)
+        spreads.append(np.maximum(spread, 1e-6 + 0.01 * spread.max(initial=0.0)))
+    return ScoreSpace(np.concatenate(means), np.concatenate(spreads))
 
 
 def _relative(scores: Float32Array) -> FloatArray:
