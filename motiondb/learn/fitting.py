@@ -40,6 +40,7 @@ from motiondb.meaning.place_fitting import Places, Written, find_places
 from motiondb.meaning.regression import Certainties
 from motiondb.meaning.resemblance import PooledMap, fit_pooled_map, pooled_statistics
 from motiondb.meaning.score_vectors import StandardisedRows
+from motiondb.meaning.word_evidence import WhenAsked
 from motiondb.records import Float32Array, IntArray, MotionSymbols, SegmentTable, SymbolSpace
 from motiondb.symbols import acquisition, feature_space
 from motiondb.symbols import space as symbol_spaces
@@ -76,7 +77,7 @@ def fit_model(
     held = spread(frames, pool.bounds, workers)
     acquired = acquire_symbols(held, pool, rng, settings, tell)
     tell("scoring", 0.0)
-    table = segment_table(held, pool, acquired.symbols, acquired.cutting)
+    table = segment_table(held, pool, acquired.symbols, acquired.cutting, acquired.scores)
     tell("symbol space", 0.0)
     symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
     tell("words", 0.0)
@@ -224,10 +225,7 @@ def _fit_judge(
     """The judge of generated motion; None if no words were written."""
     if not words.described:
         return None
-    windows = {
-        int(capture): pool_windows(frames[a:b])
-        for capture, (a, b) in zip(pool.capture_ids, pairwise(pool.bounds))
-    }
+    windows = WhenAsked(pool.places, lambda capture: pool_windows(frames[pool.rows_of(capture)]))
     said = said_words(words.described, words.numbers)
     return fit_judge(windows, said, len(words.numbers), taught.performers, rng)
 

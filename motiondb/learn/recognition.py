@@ -164,16 +164,24 @@ def _first_cuts(piece: Captures, settings: SegmentationSettings) -> list[tuple[i
 
 
 def segment_table(
-    frames: Frames, pool: FeaturePool, symbols: MotionSymbols, cutting: Cutting
+    frames: Frames,
+    pool: FeaturePool,
+    symbols: MotionSymbols,
+    cutting: Cutting,
+    totals: Float32Array | None = None,
 ) -> SegmentTable:
-    """Score every segment of a cutting under every symbol; `frames` (rows, dimensions), float32."""
+    """Score every segment of a cutting under every symbol; `frames` (rows, dimensions), float32.
+
+    `totals`: What :func:`motiondb.symbols.hmm.score` gives for them, where it is known.
+    """
     from motiondb.symbols import hmm
 
     held = as_spread(frames)
     owner = np.searchsorted(pool.bounds, cutting.starts, side="right") - 1
     first = pool.bounds[owner]
     per_frame = (cutting.ends - cutting.starts).astype(np.float64)
-    totals = hmm.score(symbols, held, cutting.starts, cutting.ends)
+    if totals is None:
+        totals = hmm.score(symbols, held, cutting.starts, cutting.ends)
     scores = totals / per_frame[:, None]
     best = np.argmax(scores, axis=1)
     return SegmentTable(

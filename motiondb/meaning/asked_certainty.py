@@ -190,8 +190,9 @@ def words_certainty(written: Written) -> Certainty | None:
     log_odds, right, present, absent = [], [], [], []
     for fold in written.folds:
         shown = fold.shown
+        every = np.stack([0.5 * take.windows.max(axis=0) + 0.5 * take.whole for take in fold.takes])
         for word in np.flatnonzero(fold.known & shown.any(axis=0) & ~shown.all(axis=0)):
-            odds = _odds_of_action(fold.takes, int(word))
+            odds = every[:, word]  # of the word as the only action
             best = _counting_answers(odds)
             log_odds += odds[best].tolist()
             right += shown[best, word].tolist()
@@ -213,13 +214,16 @@ def example_certainty(written: Written) -> Certainty | None:
     elsewhere = np.sum(said, axis=0) > 1  # actions that captions of two performers name
     able = np.flatnonzero((actions & elsewhere).any(axis=1))
     chosen = able[np.linspace(0, len(able) - 1, min(len(able), MOST_EXAMPLES)).astype(int)]
+    of_others: dict[int, WordMap] = {}  # by performer
     for row in np.unique(chosen) if len(able) else ():
-        same = written.groups == written.groups[row]
+        performer = int(written.groups[row])
+        same = written.groups == performer
         share = (actions & actions[row]).any(axis=1)  # rows that show an action of this one
         gallery = find_windows(written, int(row), ~same, share)
         if not gallery.right.any():
             continue
-        words = written.without(same)
+        words = of_others.get(performer) or written.without(same)
+        of_others[performer] = words
         alike = gallery.alike(written, int(row), words)
         best = _counting_answers(alike)
         clear = clearest(words, written.vectors[row], written.is_action)
@@ -321,11 +325,6 @@ def performer_folds(groups: IntArray) -> IntArray:
         fold_of[int(names[g])] = int(np.argmin(sizes))
         sizes[fold_of[int(names[g])]] += counts[g]
     return np.array([fold_of[int(g)] for g in groups])
-
-
-def _odds_of_action(takes: Sequence[TakeScores], word: int) -> FloatArray:
-    """Log-odds in every capture of a word as the only action: array (captures,)."""
-    return np.array([0.5 * t.windows[:, word].max() + 0.5 * t.whole[word] for t in takes])
 
 
 def _counting_answers(values: FloatArray) -> IntArray:

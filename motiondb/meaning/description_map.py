@@ -60,6 +60,7 @@ MOST_PARTS = 20
 MANY, FEW_PARTS = 1000, 5
 """Number of intervals from which the calibration leaves out fifths, of performers and of intervals,
 in place of twentieths and tenths: thirty maps of many hours took a twentieth of learning."""
+AT_ONCE = 512  # Intervals whose kernels are computed together: of hours all would be large
 JITTER = 1e-8
 """Added to the diagonal of the kernel matrix, which is singular where intervals repeat."""
 
@@ -121,7 +122,10 @@ def fit_description_map(
     with one_blas_thread():  # sums of several threads differ in their last bits
         between = kernel(centres, centres) + JITTER * np.eye(len(centres))
         factor = np.asarray(np.linalg.cholesky(between), dtype=np.float64)
-        columns = _solve(factor, kernel(centres, vectors)).T
+        columns = np.empty((len(vectors), len(centres)))
+        for first in range(0, len(vectors), AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            columns[some] = _solve(factor, kernel(centres, vectors[some])).T
         slopes, offsets = fit_ridge(columns, target, RIDGE, omega)
         weights = _solve(factor, slopes, transposed=True)
     prior = ALPHA * np.log(effective_performers(presence, groups))

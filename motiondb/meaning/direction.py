@@ -60,6 +60,7 @@ from motiondb.meaning.postures import (
     posture_of,
     say_posture,
 )
+from motiondb.meaning.score_vectors import running_median
 from motiondb.meaning.travelled import (
     CLEARLY,
     directions_to_measure,
@@ -182,7 +183,7 @@ def trodden_anywhere(track: FloatArray, way: str) -> float:
 
     Hips that rise from a crouch do not walk up.
     """
-    feet = np.minimum(_lasting(track[:, 4]), _lasting(track[:, 5]))
+    feet = np.minimum(*(running_median(track[:, k], LASTING) for k in (4, 5)))
     return _most_gained(feet / FULL[way] * (-1.0 if way == "down" else 1.0))
 
 
@@ -298,16 +299,16 @@ def progress(track: FloatArray, measured: str) -> FloatArray:
 
 def _way(track: FloatArray, measured: str) -> FloatArray:
     """What a word of ``FULL`` measures up to each frame, in its units: array (frames,)."""
-    from scipy.ndimage import uniform_filter1d  # most questions do without
-
     if measured in VERTICAL:
-        height = _lasting(track[:, 0])
+        height = running_median(track[:, 0], LASTING)
         return height - height[0]
     if measured == "climb":
-        above_standing = _lasting(track[:, 0]) - body.LEG_LENGTH - body.ANKLE_HEIGHT
-        feet = np.minimum(_lasting(track[:, 4]), _lasting(track[:, 5]))
+        above_standing = running_median(track[:, 0], LASTING) - body.LEG_LENGTH - body.ANKLE_HEIGHT
+        feet = np.minimum(*(running_median(track[:, k], LASTING) for k in (4, 5)))
         return np.maximum(np.minimum(above_standing, feet), 0.0)
     if measured in ("stop", "start"):
+        from scipy.ndimage import uniform_filter1d  # most questions do without
+
         speed = uniform_filter1d(np.hypot(track[:, 1], track[:, 2]), STEADY, mode="nearest")
         return np.minimum(speed, MOVING)
     if measured in ALOFT:
@@ -325,12 +326,6 @@ def _way(track: FloatArray, measured: str) -> FloatArray:
             share[start:end] = 1.0 / (end - start)
         return np.cumsum(share)
     return np.concatenate([[0.0], np.cumsum(lasting_turns(track[:-1, 1:4], MOTION_FPS))])
-
-
-def _lasting(heights: FloatArray) -> FloatArray:
-    from scipy.ndimage import median_filter
-
-    return np.asarray(median_filter(heights, size=LASTING, mode="nearest"))
 
 
 def gone(track: FloatArray, measured: str) -> float:

@@ -130,13 +130,11 @@ def fit_edge_map(takes: Sequence[FrameTake], n_words: int) -> EdgeMap:
     are computed anew in every pass, so that memory does not grow with the takes.
     """
     takes = _enough(takes)
-    regression = _Regression(takes)
-    shown, cross = [take.shown for take in takes], np.zeros((len(regression.centre), n_words))
-    for n, y in enumerate(shown):
-        cross[:, list(takes[n].words)] += regression.products(n, regression.cues(n), y)
-    mean, slopes = regression.mean(shown, n_words), regression.inverse @ cross
+    regression = _Regression(takes, n_words)
+    shown = [take.shown for take in takes]
+    mean, slopes = regression.mean(shown, n_words), regression.inverse @ regression.cross
     for _ in range(ROUNDS - 1):
-        cross = np.zeros_like(cross)
+        cross = np.zeros_like(regression.cross)
         for n, take in enumerate(takes):
             words, cues = list(take.words), regression.cues(n)
             predicted = regression.left_out(n, cues, shown[n] - mean[words], slopes[:, words])
@@ -194,7 +192,7 @@ def around_half(
 class _Regression:
     """Sums of the regression that all rounds share: they depend on cues and weights only."""
 
-    def __init__(self, takes: Sequence[FrameTake]) -> None:
+    def __init__(self, takes: Sequence[FrameTake], n_words: int) -> None:
         self.takes = takes
         n_frames = np.array([len(take.frames) for take in takes])
         self.weights = np.sqrt(FEATURE_FPS / n_frames)
@@ -202,9 +200,14 @@ class _Regression:
         sums = np.array([frame_cues(take.frames).sum(axis=0) for take in takes])
         self.centre: FloatArray = np.asarray(self.weights @ sums / self.total)
         self.spread: FloatArray = np.ones(len(self.centre))
-        gram = self._gram()
+        gram, self.cross = np.zeros((len(self.centre),) * 2), np.zeros((len(self.centre), n_words))
+        for n, take in enumerate(takes):
+            cues = self.cues(n)
+            gram += cues.T @ cues
+            self.cross[:, list(take.words)] += self.products(n, cues, take.shown)
         deviation = np.sqrt(np.diag(gram) / self.total)
         self.spread = np.asarray(deviation + LEAST_SPREAD * deviation.mean() + 1e-9)
+        self.cross /= self.spread[:, None]  # with y of the segments
         gram /= np.outer(self.spread, self.spread)
         self.gram: FloatArray = gram + RIDGE * np.eye(len(gram))
         self.inverse: FloatArray = np.asarray(np.linalg.inv(self.gram))
@@ -237,13 +240,6 @@ class _Regression:
         residuals = root * y - cues @ slopes
         return y - residuals_without(cues, self.gram, self.inverse, residuals) / root
 
-    def _gram(self) -> FloatArray:
-        gram = np.zeros((len(self.centre),) * 2)
-        for n in range(len(self.takes)):
-            cues = self.cues(n)
-            gram += cues.T @ cues
-        return gram
-
 
 def _sharpened(segment: FloatArray, predicted: FloatArray) -> FloatArray:
     """New y of a take from y of its segments and the predicted y: array (frames, words)."""
@@ -252,10 +248,18 @@ def _sharpened(segment: FloatArray, predicted: FloatArray) -> FloatArray:
         y, z = segment[:, word], predicted[:, word]
         if y.max() < LEAST_SHOWN:
             continue
-        peak = max(float(np.quantile(z[y > FAINT * y.max()], 0.98)), 1e-3)
+        peak = max(_high(z[y > FAINT * y.max()]), 1e-3)
         share = np.clip(z / peak, -MOST, MOST)
         sharpened[:, word] = y / (1.0 + np.exp(-SHARPNESS * (share - HALF)))
     return sharpened
+
+
+def _high(values: FloatArray) -> float:
+    """The 98th percentile, as ``np.quantile`` computes it, which takes ten times as long."""
+    ordered = np.sort(values)
+    place = 0.98 * (len(ordered) - 1)
+    below, above = ordered[int(place)], ordered[min(int(place) + 1, len(ordered) - 1)]
+    return float(below + (place - int(place)) * (above - below))
 
 
 def averaged(evidence: FloatArray) -> FloatArray:

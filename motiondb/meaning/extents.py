@@ -33,6 +33,7 @@ import numpy as np
 from motiondb.body.contacts import MAX_HEIGHT
 from motiondb.meaning.occurrences import FLIGHTS, LASTING, OVER, find_occurrences
 from motiondb.meaning.postures import INVERTED, LEANS, LOW
+from motiondb.meaning.score_vectors import running_median
 from motiondb.records import MOTION_FPS, Axes, Float32Array, FloatArray, IntArray
 
 WINDOW = 39  # Feature frames (2.6 s) of a context
@@ -199,8 +200,6 @@ def _until_rest(unrest: FloatArray) -> int:
 
 def _unrest(track: FloatArray, word: str) -> FloatArray:
     """How far from rest a body is: array (frames,), up to 1 at rest."""
-    from scipy.ndimage import median_filter
-
     heights = track[:, 0]
     feet = track[:, 4:6].max(axis=1) if word == "kick" else track[:, 4:6].min(axis=1)
     parts = [np.abs(np.gradient(heights)) * MOTION_FPS / SINKING, feet / MAX_HEIGHT]
@@ -209,6 +208,6 @@ def _unrest(track: FloatArray, word: str) -> FloatArray:
     elif word in LOW:
         parts.append((np.quantile(heights, UPRIGHT) - heights) / (RETURNED * LOW[word]))
     elif word in FLIGHTS:
-        sagged = median_filter(heights, size=2 * LASTING - 1, mode="nearest") - heights
+        sagged = running_median(heights, 2 * LASTING - 1) - heights
         parts.append(sagged / SAGGED)
     return np.asarray(np.max(parts, axis=0))

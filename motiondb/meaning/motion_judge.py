@@ -42,20 +42,19 @@ from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.meaning.counting import Described
 from motiondb.meaning.regression import Certainty, fit_probability, probability
+from motiondb.meaning.resemblance import pooled_statistics
 from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 WINDOW = 45
 """Feature frames (3 s) of a window; windows overlap by half. Two to three seconds were the best
 context in first measurements."""
-QUANTILES = (0.1, 0.5, 0.9)  # Quantiles over the frames of a window
 CLIP = 3.0  # Standard deviations beyond which a value is clipped
 RIDGE = 0.03
 MOST_WINDOWS, MOST_ROWS = 8, 1500
@@ -100,9 +99,11 @@ class MotionJudge:
         """Likeness k of windows to those of the judge: array (n, windows)."""
         x, (known, lengths) = self._clipped(rows), self._known
         with one_blas_thread():  # sums of several threads differ in their last bits
-            product = x @ known.T
-        apart = (x**2).sum(axis=1)[:, None] + lengths - 2.0 * product
-        return np.exp(-np.maximum(apart, 0.0) / x.shape[1])
+            alike = 2.0 * x @ known.T
+        alike -= (x**2).sum(axis=1)[:, None] + lengths  # in place: they are many
+        np.minimum(alike, 0.0, out=alike)
+        alike /= x.shape[1]
+        return np.asarray(np.exp(alike, out=alike))
 
     def _clipped(self, rows: FloatArray) -> FloatArray:
         return np.clip((rows - self.mean) / self.spread, -CLIP, CLIP)
@@ -144,8 +145,7 @@ def pool_windows(features: Float32Array) -> FloatArray:
     """
     starts = range(0, max(len(features) - WINDOW, 0) + 1, WINDOW // 2)
     parts = np.stack([features[start : start + WINDOW] for start in starts]).astype(np.float64)
-    quantiles = np.quantile(parts, QUANTILES, axis=1)
-    return np.concatenate([parts.mean(axis=1), parts.std(axis=1), *quantiles], axis=1)
+    return pooled_statistics(parts)
 
 
 @dataclass(frozen=True, eq=False)
@@ -246,18 +246,20 @@ def fit_judge(
     performers: Mapping[int, str],
     rng: np.random.Generator,
 ) -> MotionJudge:
-    """Fit the judge and its calibration."""
-    windows = {capture: rows for capture, rows in windows.items() if capture in said}
-    every = np.concatenate(list(windows.values()))
-    spread = every.std(axis=0)
+    """Fit the judge and its calibration; of `windows` one capture at a time is looked at."""
+    known = [capture for capture in windows if capture in said]
+    sums = [(len(rows), rows.sum(axis=0)) for rows in map(windows.__getitem__, known)]
+    n_windows = sum(n for n, _ in sums)
+    mean = sum(total for _, total in sums) / n_windows
+    spread = np.sqrt(sum(((windows[c] - mean) ** 2).sum(axis=0) for c in known) / n_windows)
     spread = np.maximum(spread, 1e-6 + 0.01 * spread.max())
-    count = Counter(word for capture in windows for word in said[capture][0])
-    rarest = {c: min((count[word] for word in said[c][0]), default=len(said)) for c in windows}
-    most = int(np.clip(MOST_ROWS // len(windows), 1, MOST_WINDOWS))
-    kept = {c: _spread_out(windows[c], most) for c in sorted(windows, key=rarest.__getitem__)}
-    kept = dict(sorted(islice(kept.items(), MOST_ROWS)))
+    count = Counter(word for capture in known for word in said[capture][0])
+    rarest = {c: min((count[word] for word in said[c][0]), default=len(said)) for c in known}
+    most = int(np.clip(MOST_ROWS // len(known), 1, MOST_WINDOWS))
+    chosen = sorted(sorted(known, key=rarest.__getitem__)[:MOST_ROWS])
+    kept = {c: _spread_out(windows[c], most) for c in chosen}
     captures = np.repeat(np.array(list(kept), dtype=np.int64), [len(w) for w in kept.values()])
-    judge = MotionJudge(every.mean(axis=0), spread, np.concatenate(list(kept.values())), captures)
+    judge = MotionJudge(mean, spread, np.concatenate(list(kept.values())), captures)
     table = judging_table(judge, {c: said[c] for c in kept}, n_words)
     pairs = _draw_pairs(table, performers, rng)
     if len(pairs) < LEAST_PAIRS:

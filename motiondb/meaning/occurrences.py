@@ -67,7 +67,7 @@ from motiondb.meaning.postures import (
     posture_of,
     sitting,
 )
-from motiondb.meaning.score_vectors import averaged_rows
+from motiondb.meaning.score_vectors import averaged_rows, running_median
 from motiondb.meaning.travelled import SPINS, SPUN, TURNS
 from motiondb.records import MOTION_FPS, FloatArray, Motion
 
@@ -292,9 +292,7 @@ def _turns(speeds: FloatArray, least_speed: float, least: float) -> list[tuple[i
 
 def aloft(track: FloatArray) -> NDArray[np.bool_]:
     """Frames of the times in which the pelvis is aloft, and once both feet are: array (frames,)."""
-    from scipy.ndimage import median_filter  # most questions do without
-
-    rise = track[:, 0] - median_filter(track[:, 0], size=LASTING, mode="nearest")
+    rise = track[:, 0] - running_median(track[:, 0], LASTING)
     off = np.asarray((track[:, 4:6] > MAX_HEIGHT).all(axis=1))
     kept = np.zeros(len(track), dtype=bool)
     for start, end in runs(np.asarray(rise > RISE)):

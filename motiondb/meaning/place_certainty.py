@@ -51,7 +51,7 @@ from motiondb.meaning.place_fitting import (
 )
 from motiondb.meaning.place_map import PlaceMap
 from motiondb.meaning.regression import Certainty, fit_probability, probability
-from motiondb.meaning.score_vectors import Rows, interval_vectors
+from motiondb.meaning.score_vectors import Rows, interval_vectors, some_of
 from motiondb.meaning.word_evidence import WINDOW_MARGIN, TakeScores
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, SegmentTable
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -80,7 +80,7 @@ one draw; bounds on the duration of learning."""
 class ShortCapture:
     """A short capture of one action."""
 
-    standardised: FloatArray  # (segments, columns): standardised scores and movement
+    standardised: Rows  # (segments, columns): standardised scores and movement
     starts: IntArray  # (segments,): first frames
     ends: IntArray  # (segments,): last frames + 1
     words: tuple[int, ...]  # Numbers of the words of its action
@@ -141,9 +141,8 @@ def short_captures(
         actions = min(wholes, key=len)
         if len(actions) == 1:
             words = tuple(dict.fromkeys(actions[0]))
-            chosen.append(
-                ShortCapture(standardised[rows], starts, ends, words, performers[capture])
-            )
+            own = some_of(standardised, rows)
+            chosen.append(ShortCapture(own, starts, ends, words, performers[capture]))
     return chosen
 
 
@@ -158,7 +157,7 @@ def join(captures: Sequence[ShortCapture]) -> JoinedTake:
         parts.append(JoinedPart(at, behind, capture.words, capture.group))
         at = behind
     return JoinedTake(
-        np.concatenate([capture.standardised for capture in captures]),
+        np.concatenate([capture.standardised[:] for capture in captures]),
         np.concatenate(starts),
         np.concatenate(ends),
         tuple(parts),

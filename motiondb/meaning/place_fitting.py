@@ -39,7 +39,7 @@ from motiondb.records import MOTION_FPS, Caption, Float32Array, FloatArray, IntA
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 Actions = list[list[int]]  # Word numbers of every action, in order
-FITTED_AT_ONCE = 4096  # Segments whose products are summed at once; by hand
+FITTED_AT_ONCE = 2048  # Segments whose products are summed at once; by hand
 LEAST_INFERRED = 0.01  # Least y of an inferred word that is kept; less hardly changes the map
 
 

@@ -57,7 +57,10 @@ from numpy.typing import NDArray
 from motiondb.records import Axes, Float32Array, FloatArray, IntArray, MayBeUnknown, Sizes
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
-AT_ONCE = 2**13  # Rows in ``blocks``
+AT_ONCE = 2**11  # Rows in ``blocks``
+SMALLER = 0.4  # Rows a column from which the system of the columns takes less work to solve
+ANSWERS_AT_ONCE = 2**16  # Rows of a logistic regression that are looked at together
+PARTS_AT_ONCE = 2**9  # Rows of the parts that are left out together, unless one has more
 
 
 def fit_ridge(
@@ -79,17 +82,22 @@ def fit_ridges(
 ) -> list[tuple[FloatArray, FloatArray]]:
     """As :func:`fit_ridge`, for several ridges: the products of the rows are computed once."""
     if weights is None:
-        mean_v, mean_y = vectors.mean(axis=0), target.mean(axis=0)
-        v, y = vectors - mean_v, target - mean_y
+        mean_v, mean_y, root = vectors.mean(axis=0), target.mean(axis=0), np.ones((len(vectors), 1))
     else:
-        root = np.sqrt(weights)[:, None]
         mean_v, mean_y = weights @ vectors / weights.sum(), weights @ target / weights.sum()
+        root = np.sqrt(weights)[:, None]
+    if len(vectors) < vectors.shape[1]:  # the dual solution, whose matrix is smaller
         v, y = root * (vectors - mean_v), root * (target - mean_y)
-    if len(v) < v.shape[1]:  # the dual solution, whose matrix is smaller
         gram, eye = v @ v.T, np.eye(len(v))
         slopes = [v.T @ np.linalg.solve(gram + ridge * eye, y) for ridge in ridges]
     else:
-        gram, cross, eye = v.T @ v, v.T @ y, np.eye(v.shape[1])
+        gram, eye = np.zeros((len(mean_v),) * 2), np.eye(len(mean_v))
+        cross = np.zeros((len(mean_v), len(mean_y)))
+        for first in range(0, len(vectors), PARTS_AT_ONCE):
+            some = slice(first, first + PARTS_AT_ONCE)
+            v, y = root[some] * (vectors[some] - mean_v), root[some] * (target[some] - mean_y)
+            gram += v.T @ v
+            cross += v.T @ y
         slopes = [np.linalg.solve(gram + ridge * eye, cross) for ridge in ridges]
     return [(each, mean_y - mean_v @ each) for each in slopes]
 
@@ -203,11 +211,40 @@ class Fitted:
         rows = np.asarray(self.regression.rows[which], dtype=np.float64)
         return centred - self._errors(rows, centred, apart)
 
-    def without(self, which: IntArray | slice) -> FloatArray:
+    def without(self, which: IntArray) -> FloatArray:
         """Slopes (columns, words) without some rows; the means stay those of all rows."""
-        rows = np.asarray(self.regression.rows[which], dtype=np.float64)
-        back = rows.T @ self._errors(rows, self.centred[which])
-        return np.asarray(self.slopes - self.regression.inverse @ back)
+        if len(which) <= len(self.slopes):  # the smaller system
+            rows = np.asarray(self.regression.rows[which], dtype=np.float64)
+            back = rows.T @ self._errors(rows, self.centred[which])
+            return np.asarray(self.slopes - self.regression.inverse @ back)
+        gram = self.regression.gram.copy()
+        cross = gram @ self.slopes
+        for some in blocks(len(which)):
+            rows = np.asarray(self.regression.rows[which[some]], dtype=np.float64)
+            gram -= rows.T @ rows
+            cross -= rows.T @ self.centred[which[some]]
+        return np.asarray(np.linalg.solve(gram, cross), dtype=np.float64)
+
+    def left_out(
+        self, parts: Sequence[slice], apart: Sequence[FloatArray | None] | None = None
+    ) -> FloatArray:
+        """As :meth:`of_others`, of parts that follow one another, each without itself alone."""
+        found = np.empty((parts[-1].stop, self.slopes.shape[1]))
+        known, first = apart or [None] * len(parts), 0
+        gram, inverse = self.regression.gram, self.regression.inverse
+        while first < len(parts):  # products of many rows are quicker than those of each part
+            low, last = parts[first].start, first + 1
+            while last < len(parts) and parts[last].stop - low <= PARTS_AT_ONCE:
+                last += 1
+            some = slice(low, parts[last - 1].stop)
+            rows, centred = np.asarray(self.regression.rows[some], np.float64), self.centred[some]
+            residuals = centred - rows @ self.slopes
+            for part, own in zip(parts[first:last], known[first:last]):
+                a, b = part.start - low, part.stop - low
+                left = residuals_without(rows[a:b], gram, inverse, residuals[a:b], own)
+                found[part] = centred[a:b] - left
+            first = last
+        return found
 
     def _errors(
         self, rows: FloatArray, centred: FloatArray, apart: FloatArray | None = None
@@ -265,7 +302,7 @@ def residuals_without(
 
     `apart`: I - H of the rows, where it is known.
     """
-    if len(rows) > rows.shape[1]:  # the smaller system
+    if apart is None and len(rows) > SMALLER * rows.shape[1]:
         back = np.linalg.solve(gram - rows.T @ rows, rows.T @ residuals)
         return np.asarray(residuals + rows @ back)
     apart = without_share(rows, inverse) if apart is None else apart
@@ -395,12 +432,15 @@ def fit_logistic(
     positive = np.arange(x.shape[1]) < n_positive
     beta = start.copy()
     for _ in range(_ROUNDS):
-        p = probability(x @ beta)
-        gradient = x.T @ (n * (y - p)) - precision @ (beta - start)
+        gradient, curvature = precision @ (start - beta), precision.copy()
+        for first in range(0, len(x), ANSWERS_AT_ONCE):  # of hours of captions x is large
+            some = slice(first, first + ANSWERS_AT_ONCE)
+            p = probability(x[some] @ beta)
+            gradient += x[some].T @ (n[some] * (y[some] - p))
+            curvature += (x[some] * (n[some] * p * (1.0 - p))[:, None]).T @ x[some]
         free = ~(positive & (beta <= 0.0) & (gradient <= 0.0))
-        curvature = (x[:, free] * (n * p * (1.0 - p))[:, None]).T @ x[:, free]
         step = np.zeros_like(beta)
-        step[free] = np.linalg.solve(curvature + precision[np.ix_(free, free)], gradient[free])
+        step[free] = np.linalg.solve(curvature[np.ix_(free, free)], gradient[free])
         new = beta + step / max(1.0, float(np.abs(step).max()))
         new[positive] = np.maximum(new[positive], 0.0)
         if np.abs(new - beta).max() < 1e-9:

@@ -36,6 +36,7 @@ from numpy.typing import NDArray
 from motiondb.body.features import FEATURE_FPS, ROOT_WEIGHT, VELOCITY_SECONDS, runs
 from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import IN_A_CIRCLE, IN_PLACE, TRAVELS, as_said
+from motiondb.meaning.score_vectors import running_median
 from motiondb.records import Float32Array, FloatArray
 
 LEAST = {
@@ -252,10 +253,8 @@ def lasting_turns(speeds: FloatArray, fps: float) -> FloatArray:
     >>> float(np.abs(lasting_turns(back, 15.0)).max())
     0.0
     """
-    from scipy.ndimage import median_filter  # other questions do without
-
     heading = np.concatenate([[0.0], np.cumsum(speeds[:, 2])]) / fps
-    median = median_filter(heading, size=2 * round(LASTING * fps) + 1, mode="nearest")
+    median = running_median(heading, 2 * round(LASTING * fps) + 1)
     moves = steady_speed(speeds, fps) > ON_THE_SPOT
     return np.asarray(np.where(moves, speeds[:, 2] / fps, np.diff(median)))
 

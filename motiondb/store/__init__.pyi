@@ -60,9 +60,6 @@ from .catalogue.cache import (
 from .catalogue.cache import (
     lacking_rows as lacking_rows,
 )
-from .catalogue.cache import (
-    readable_motions as readable_motions,
-)
 from .catalogue.captures import (
     MARKERS_ONLY as MARKERS_ONLY,
 )
@@ -95,6 +92,9 @@ from .catalogue.captures import (
 )
 from .catalogue.captures import (
     load_totals as load_totals,
+)
+from .catalogue.captures import (
+    readable_motions as readable_motions,
 )
 from .catalogue.captures import (
     remove_captures as remove_captures,

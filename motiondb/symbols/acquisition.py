@@ -66,6 +66,8 @@ class Acquired:
     symbols: MotionSymbols
     cutting: Cutting  # The final segments and their symbols
     description_lengths: tuple[float, ...] = ()  # L after every accepted update, nats
+    # (segments, symbols): log-likelihoods, where the last update scored all of them
+    scores: Float32Array | None = None
 
 
 def acquire(
@@ -88,18 +90,20 @@ def acquire(
     arena = _Arena(held, starts, ends, floor, settings, rng)
     state = _judge(arena, _fit_new(arena, starts, ends, seed_groups(descriptors, n_first, rng)))
     lengths = [state.length]
-    state = _compete(arena, state, lengths, tell)
+    state, scores = _compete(arena, state, lengths, tell), None
     for number in range(settings.recuts):
         tell("cutting anew", number / settings.recuts)
         recut_arena, judged = _recut(arena, bounds, state)
         if judged.length >= state.length:
             break
-        arena, state = recut_arena, judged
+        arena, state, scores = recut_arena, judged, judged.scores
         lengths.append(state.length)
     symbols, winners = state.symbols, state.winners
     if settings.n_symbols is None:
         symbols, winners = _drop_idle(symbols, winners)
-    return Acquired(symbols, Cutting(arena.starts, arena.ends, winners), tuple(lengths))
+    if symbols.n_symbols < state.symbols.n_symbols:  # fewer have another centre, and last bits
+        scores = None
+    return Acquired(symbols, Cutting(arena.starts, arena.ends, winners), tuple(lengths), scores)
 
 
 def _compete(arena: _Arena, state: _State, lengths: list[float], tell: Progress) -> _State:

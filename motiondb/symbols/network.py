@@ -166,12 +166,13 @@ def _oldest(
     """The tokens of the last age: those that stay, that move on, and that have grown old enough."""
     loop, move, grown, densities = scores
     since, since_there, now = begun
-    for s in range(len(here)):
-        best, when, moved = here[s] + loop[s], since[s], there[s] + move[s]
-        if moved > best:
-            best, when = moved, since_there[s]
-        if grown[s] > best:
-            best, when = grown[s], now
+    for s in range(len(here)):  # without branches: the processor guesses half of these wrong
+        when, moved_when = since[s], since_there[s]
+        best, moved = here[s] + loop[s], there[s] + move[s]
+        when = moved_when if moved > best else when
+        best = moved if moved > best else best
+        when = now if grown[s] > best else when
+        best = grown[s] if grown[s] > best else best
         here[s], since[s] = max(best + densities[s], NEVER), when
 
 

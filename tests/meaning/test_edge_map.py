@@ -97,7 +97,7 @@ def test_a_take_left_out_is_predicted_as_if_the_map_were_fitted_without_it() -> 
     takes = [take([standing(9, rng), jumping(4 + n, rng)], 0) for n in range(3)]
     takes.append(take([standing(90, rng), jumping(40, rng)], 0))  # more frames than cues
     shown = [rng.uniform(size=one.shown.shape) for one in takes]
-    regression = edge_map._Regression(takes)
+    regression = edge_map._Regression(takes, 1)
     mean, products = (
         regression.mean(shown, 1),
         [regression.products(n, regression.cues(n), y) for n, y in enumerate(shown)],

@@ -45,6 +45,7 @@ def check_sound(acquired: Acquired, planted: Planted) -> None:
     assert set(planted.bounds) <= {0, *cutting.ends.tolist()}
     scores = hmm.score(symbols, planted.frames, cutting.starts, cutting.ends)
     np.testing.assert_array_equal(cutting.winners, scores.argmax(axis=1))
+    assert acquired.scores is None or np.array_equal(acquired.scores, scores)
     assert symbols.means.shape == symbols.covars.shape
     assert symbols.self_loops.shape == symbols.means.shape[:2]
     real = np.arange(symbols.self_loops.shape[1]) < symbols.n_states[:, None]

@@ -38,9 +38,8 @@ from motiondb.files.json_text import parse_json
 from motiondb.files.own_folder import OwnFolder, own_folder
 from motiondb.files.safe_files import MOST_TEXT
 from motiondb.records import FloatArray, IntArray, Motion
-from motiondb.store.catalogue.captures import load_motion
+from motiondb.store.catalogue.captures import load_motion, readable_motions
 from motiondb.store.catalogue.joined_rows import JoinedRows, page_checksum
-from motiondb.store.connection.faults import DamagedMotionError
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.migrations import motiondb_version
 from motiondb.store.connection.transactions import read_meta
@@ -177,13 +176,6 @@ def lacking_rows(store: Store, kind: str, mark: str = "") -> dict[int, Motion]:
 def is_cached(store: Store, kind: str) -> bool:
     """Whether the cache holds rows of captures; they may yet prove to be damaged."""
     return bool(_load_batches(store, kind))
-
-
-def readable_motions(store: Store, numbers: Iterable[int]) -> Iterator[tuple[int, Motion]]:
-    """Number and motion of the captures of some numbers, without those whose motion is damaged."""
-    for number in numbers:
-        with suppress(DamagedMotionError):
-            yield number, load_motion(store, number)
 
 
 @dataclass(frozen=True, eq=False)
