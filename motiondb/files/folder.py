@@ -44,7 +44,7 @@ CAPTURE_ENDINGS: tuple[str, ...] = tuple(FORMATS)
 ".csv", ".npy", ".pkl", ".mot" and ".sto" where they hold motion."""
 WITH_SKELETON: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {".amc": (".asf",), ".csv": _MODELS, ".pkl": (*_MODELS, ".txt")}
-    | {".npz": (*_MODELS, ".txt"), ".npy": (".txt",), ".mot": (".osim",), ".sto": (".osim",)}
+    | {".npz": (*_MODELS, ".txt"), ".npy": (*_MODELS, ".txt"), ".mot": (".osim",), ".sto": (".osim",)}
 )
 """Ending of a capture -> endings of the skeleton file that may belong to it: an ASF, the model of a
 robot or of OpenSim, names of joints."""
@@ -293,12 +293,14 @@ def _is_motion(path: Path, ending: str) -> bool:
     if not start:
         return path.is_file() and not os.access(path, os.R_OK)
     if ending == ".npy":
-        return first_bytes.is_points_shape(array_files.npy_shape(start))
+        shape = array_files.npy_shape(start)
+        is_named = shape is None and first_bytes.is_motion_pickle(start)
+        return is_named or first_bytes.is_points_shape(shape or ())
     if ending in (".mot", ".sto"):
         return first_bytes.is_angles(start)
     if ending == ".csv":
         return first_bytes.is_robot_csv(start)
-    return first_bytes.is_motion_pickle(start)
+    return first_bytes.is_motion_pickle(array_files.inflated(start))
 
 
 def _begins_with(stem: str, name: str) -> bool:

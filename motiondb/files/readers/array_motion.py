@@ -27,6 +27,7 @@ from motiondb.files.readers.amass import is_amass, read_amass, read_poses
 from motiondb.files.readers.array_files import (
     RATES,
     Arrays,
+    inflated,
     load_npy,
     load_npz,
     load_pickle,
@@ -64,26 +65,25 @@ def read_array_motion(
             path, "expected a table as text, found a zip file (a workbook?). Export it as CSV."
         )
     if start == b"\x93NUMPY":
-        return _points({"positions": load_npy(data, path)}, path, skeleton, options, len(data))
-    if start[:4] == b"PK\x03\x04" or Path(path).suffix.lower() == ".npz":
+        arrays = load_npy(data, path)
+    elif start[:4] == b"PK\x03\x04" or Path(path).suffix.lower() == ".npz":
         names = npz_names(data, path)
         if is_amass(names):
             return read_amass(data, path, options)
         _check_known(names, path)
         arrays = load_npz(data, path, _KEYS)[0]
-    elif start[:1] == b"\x80":
-        arrays = load_pickle(data, path)
-        if is_amass(tuple(arrays)):
-            return read_poses(arrays, tuple(arrays), path, options, len(data))
-        _check_known(tuple(arrays), path)
     elif Path(path).suffix.lower() == ".pkl":
-        raise CaptureError(
-            path,
-            "expected a pickle of plain arrays, found a compressed or another file (joblib?). Save "
-            "the arrays as npz.",
-        )
+        if (whole := inflated(data, path))[:1] != b"\x80":
+            raise CaptureError(
+                path,
+                "expected a pickle of plain arrays, found another file. Save the arrays as npz.",
+            )
+        arrays = load_pickle(whole, path)
     else:
         return _robot(from_csv(data, path), path, skeleton, options, len(data))
+    if is_amass(tuple(arrays)):
+        return read_poses(arrays, tuple(arrays), path, options, len(data))
+    _check_known(tuple(arrays), path)
     if robot_motion.is_robot(tuple(arrays)):
         said = robot_motion.from_arrays(arrays, path)
         arrays.clear()

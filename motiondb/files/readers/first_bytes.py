@@ -32,12 +32,12 @@ ROOTS = (
 TURNS: Mapping[str, str] = MappingProxyType(
     {"root_rot": "xyzw", "root_quat": "", "root_rotation": "", "base_quat": ""}
     | {"root_quat_w": "wxyz", "root_orientation": "", "base_rot": "", "base_orientation": ""}
-    | {"root_rotations": "", "root_ori": "", "base_quat_w": "wxyz"}
+    | {"root_rotations": "", "root_ori": "", "base_quat_w": "wxyz", "root_quaternion": ""}
     | {f"{of}_quat_{order}": order for of in ("root", "base") for order in ("wxyz", "xyzw")}
 )  # Name -> order of the quaternion by its format; "" where none says it
 PLACES = ("body_pos_w", "body_positions", "xpos")
 BODY_TURNS = ("body_quat_w", "body_rotations", "xquat")
-JOINT_NAMES = ("joint_names", "dof_names")
+JOINT_NAMES = ("joint_names", "dof_names", "joints_list")
 BODY_NAMES = ("body_names", "link_names", "link_body_list")
 WHOLES = ("qpos", "q")
 ROBOT_KEYS = (

@@ -430,9 +430,9 @@ def test_bodies_whose_quaternions_end_with_w_are_told(folder: Path) -> None:
     assert "taken as x y z w" in " ".join(clip.notes)
 
 
-def test_compressed_pickles_are_refused_with_their_reason(folder: Path) -> None:
-    (folder / "w.pkl").write_bytes(zlib.compress(pickle.dumps({"root_pos": ROOT})))
-    with pytest.raises(CaptureError, match="found a compressed or another file"):
+def test_other_files_called_pickles_are_refused(folder: Path) -> None:
+    (folder / "w.pkl").write_bytes(zlib.compress(b"root_pos"))
+    with pytest.raises(CaptureError, match="found another file"):
         read_capture(folder / "w.pkl")
 
 
