@@ -44,7 +44,12 @@ CAPTURE_ENDINGS: tuple[str, ...] = tuple(FORMATS)
 ".csv", ".npy", ".pkl", ".mot" and ".sto" where they hold motion."""
 WITH_SKELETON: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {".amc": (".asf",), ".csv": _MODELS, ".pkl": (*_MODELS, ".txt")}
-    | {".npz": (*_MODELS, ".txt"), ".npy": (*_MODELS, ".txt"), ".mot": (".osim",), ".sto": (".osim",)}
+    | {
+        ".npz": (*_MODELS, ".txt"),
+        ".npy": (*_MODELS, ".txt"),
+        ".mot": (".osim",),
+        ".sto": (".osim",),
+    }
 )
 """Ending of a capture -> endings of the skeleton file that may belong to it: an ASF, the model of a
 robot or of OpenSim, names of joints."""

@@ -18,6 +18,13 @@ _ROOT_COLUMN = re.compile(
     r"^(root|base|pelvis|torso|floating_?base)?[_ .]?(joint)?[_ .]?(pos|position|translate|trans|"
     r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?([qt]?[xyzw])$"
 )
+_ROOT_ANGLE = re.compile(
+    r"^(?:(?:root|base|floating_?base)[_ .]?(?:rot|rpy|euler)?[_ .]?)?(roll|pitch|yaw)$"
+)
+_CHANGE = re.compile(
+    r"[_ ./](vel|velocity|dq|qd|qvel|acc|acceleration|tau|torque|effort|force)([_ ./][xyz])?$"
+    r"|^(root|base)[_ .]?(v|w|omega|lin_?vel|ang_?vel)[_ .]?[xyz]$"
+)  # Columns of what is no pose
 
 ROOT_COLUMNS = ("root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw")
 """Of the tables that `export --onto` writes, before those of the joints."""
@@ -40,6 +47,7 @@ BODY_TURNS = ("body_quat_w", "body_rotations", "xquat")
 JOINT_NAMES = ("joint_names", "dof_names", "joints_list")
 BODY_NAMES = ("body_names", "link_names", "link_body_list")
 WHOLES = ("qpos", "q")
+TIMES = ("time", "times", "timestamps", "timestamp", "t")
 ROBOT_KEYS = (
     *JOINTS,
     *ROOTS,
@@ -132,12 +140,14 @@ def is_number(cell: str) -> bool:
 
 
 def column(name: str) -> tuple[str, str]:
-    """Return what a column holds ("root", "turn", "time", "frame" or "joint"), and which axis.
+    """Return what a column holds ("root", "turn", "time", "frame", "joint" or "change"); its axis.
 
     Of times it says the unit: "s", "ms", "us", "ns", or "" where the name has none.
 
     >>> column("root_pos_x"), column("root_qw"), column("left_knee_joint"), column("root_rot_x")
     (('root', 'x'), ('turn', 'w'), ('joint', ''), ('turn', 'x'))
+    >>> column("base_yaw"), column("left_knee_vel"), column("torso_yaw")
+    (('turn', 'z'), ('change', ''), ('joint', ''))
     >>> column("time [ms]"), column("t_us"), column("timestamp_s"), column("times")
     (('time', 'ms'), ('time', 'us'), ('time', 's'), ('time', ''))
     """
@@ -146,6 +156,10 @@ def column(name: str) -> tuple[str, str]:
         return "time", _UNITS.get(times["unit"], "")
     if _FRAME.match(text):
         return "frame", ""
+    if angle := _ROOT_ANGLE.match(text):
+        return "turn", "xyz"[("roll", "pitch", "yaw").index(angle[1])]
+    if _CHANGE.search(text):
+        return "change", ""
     found = _ROOT_COLUMN.match(text)
     if found is None:
         return "joint", ""

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from motiondb.body import hinges, rotation
 from motiondb.body.hinges import Robot
 from motiondb.body.robot_names import part_of
+from motiondb.body.world import find_rate
 from motiondb.errors import CaptureError, suggestion
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
 from motiondb.files.readers.array_files import RATES, Arrays, frames_left_out, texts_of
@@ -38,6 +39,7 @@ from motiondb.files.readers.first_bytes import (
     JOINTS,
     PLACES,
     ROOTS,
+    TIMES,
     TURNS,
     WHOLES,
 )
@@ -49,11 +51,18 @@ _KNOWN: Mapping[int, str] = MappingProxyType(
     | {27: "Unitree's H1-2", 12: "the legs of many robots", 43: "Unitree's G1 with hands"}
 )  # Number of joints -> robots that have as many
 DEFAULT_FPS = 30.0  # Of CSV files: that of retargeted LAFAN1
-_FITS, _UPRIGHT, _LYING = 0.03, 0.7, 0.4
-"""Metres within which bodies are where the model has them; cosines with the vertical of a base that
-is upright, and of one that is not."""
+_SECONDS: Mapping[str, float] = MappingProxyType({"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9})
+_LEAST: Mapping[str, float] = MappingProxyType({"ns": 1e6, "us": 1e3, "ms": 4.0})
+"""Steps of times without a unit above which they are in this one: 1,000 to 1 frames a second."""
+_FITS, _UPRIGHT, _LYING, _TILTS = 0.03, 0.7, 0.4, 0.05
+"""Metres within which bodies are where the model has them; mean cosines with the vertical of a base
+that is upright, and of one that is not; by how much it is less upright in the wrong order: there
+the yaw is a tilt, so by 1 less its cosine."""
+_Z = np.array([0.0, 0.0, 1.0])
+_ALONG = 0.9  # Mean cosine of a base with an axis along which it stands for the whole take
 _OF_LENGTH_1 = 0.05  # By which quaternions may differ from length 1 in the median
 _SUFFIX = re.compile(r"(_?(joint|dof|link|pos|position|skel|angle|rad|deg|q))+$")
+_PREFIX = re.compile(r"^((dof|joint|pos|position|angle|q)_)+")
 
 
 @dataclass(frozen=True)
@@ -144,7 +153,25 @@ def _rate_in(arrays: Arrays) -> float | None:
         if name in arrays and arrays[name].size and arrays[name].dtype.kind in "iuf":
             number = float(arrays[name].reshape(-1)[0])
             return number if name != "dt" else 1.0 / number if number > 0 else None
-    return None
+    times = next((arrays[name] for name in TIMES if name in arrays), np.zeros(0))
+    return (
+        rate_of_times(times.astype(float))
+        if times.ndim == 1 and times.dtype.kind in "iuf"
+        else None
+    )
+
+
+def rate_of_times(times: FloatArray, unit: str = "") -> float | None:
+    """Return the frames per second of times; None for numbers of frames.
+
+    Without a unit, steps are seconds up to 1, then milli-, micro- or nanoseconds.
+
+    >>> [rate_of_times(np.arange(9) * step) for step in (0.02, 20, 20_000, 2e7)], 1e9
+    ([50.0, 50.0, 50.0, 50.0], 1000000000.0)
+    """
+    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    step *= _SECONDS[unit or next((u for u, least in _LEAST.items() if step >= least), "s")]
+    return find_rate(step)[0] if 1e-4 < step < 1.0 else None
 
 
 def _numbers(
@@ -249,8 +276,9 @@ def _of_robot(
         values, unit_notes = _radians(values, robot)
         notes += unit_notes
         root = said.root
-        turns, order_notes = _root_turns(said, path)
+        turns, order_notes = _root_turns(said, path, options.up)
         notes += order_notes
+    notes += () if options.up else _lies(turns)
     values = hinges.with_mimics(robot, values)
     posed = hinges.pose(robot, root, rotation.unroll(turns), values)
     clip = hinges.to_clip(robot, posed, fps, options.up)
@@ -278,8 +306,11 @@ def _radians(values: FloatArray, robot: Robot) -> tuple[FloatArray, tuple[str, .
     )
 
 
-def _root_turns(said: RobotFile, path: object) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return the turns of the root, w x y z; where nothing says their order, the upright one."""
+def _root_turns(said: RobotFile, path: object, up: str) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the turns of the root, w x y z; where nothing says their order, the upright one.
+
+    `up`: the axis that is up, "" for z.
+    """
     assert said.turns is not None
     lengths = np.linalg.norm(said.turns, axis=1)
     if float(np.median(np.abs(lengths - 1.0))) > _OF_LENGTH_1:
@@ -291,16 +322,19 @@ def _root_turns(said: RobotFile, path: object) -> tuple[FloatArray, tuple[str, .
         )
     given = rotation.normalize(said.turns)
     each = {"wxyz": given, "xyzw": given[:, [3, 0, 1, 2]]}
-    stands = {
-        order: float(rotation.rotate(turns, np.array([0.0, 0.0, 1.0]))[:, 2].mean())
-        for order, turns in each.items()
-    }
+    ways = {name: rotation.rotate(turns, _Z).mean(axis=0) for name, turns in each.items()}
+    sign, axis = -1.0 if up[:1] == "-" else 1.0, "xyz".index(up[-1:] or "z")
+    stands = {name: float(sign * way[axis]) for name, way in ways.items()}
     order = said.order or max(stands, key=lambda one: stands[one])
     other = "wxyz" if order == "xyzw" else "xyzw"
-    if said.order and not said.is_said and stands[order] < _LYING and stands[other] > _UPRIGHT:
+    along = float(np.abs(np.delete(ways[order], axis)).max())  # as where another axis is up
+    tilts = stands[order] < stands[other] - _TILTS and stands[other] > max(_ALONG, along)
+    lies = stands[order] < _LYING and stands[other] > max(_UPRIGHT, along)
+    if said.order and not said.is_said and (tilts or lies):
         return each[other], (
             f"The quaternions of the root are taken as {' '.join(other)}, not as "
-            f"{' '.join(order)}, as the format has them: then the robot stands upright.",
+            f"{' '.join(order)}, as the format has them: then the robot stands more upright "
+            f"({stands[other]:.2f} against {stands[order]:.2f}).",
         )
     if not said.order:
         return each[order], (
@@ -308,6 +342,16 @@ def _root_turns(said: RobotFile, path: object) -> tuple[FloatArray, tuple[str, .
             f"which the robot is more upright ({stands[order]:.2f} against {stands[other]:.2f}).",
         )
     return each[order], ()
+
+
+def _lies(turns: FloatArray) -> tuple[str, ...]:
+    """Note a base that lies along one axis for the whole take, as where another axis is up."""
+    way = rotation.rotate(turns, _Z).mean(axis=0)
+    axis = int(np.abs(way).argmax())
+    if (axis == 2 and way[2] > 0.0) or abs(way[axis]) < _ALONG:
+        return ()
+    up = ("-" if way[axis] < 0.0 else "") + "xyz"[axis]
+    return (f"z is taken for up, and the robot lies along {up}. If it stands, give --up {up}.",)
 
 
 def _values(said: RobotFile, robot: Robot, path: object) -> tuple[FloatArray, tuple[str, ...]]:
@@ -344,7 +388,8 @@ def _is_finger(robot: Robot, joint: int) -> bool:
 
 
 def _plain(name: str) -> str:
-    return _SUFFIX.sub("", name.lower().strip().replace("-", "_").replace(" ", "_"))
+    text = name.lower().strip().replace("-", "_").replace(" ", "_").replace("/", "_")
+    return _PREFIX.sub("", _SUFFIX.sub("", text))
 
 
 def _by_names(
