@@ -96,6 +96,7 @@ _SWING, _RISE, _PINNED, _STANDS_UP = 0.2, 0.015, 0.25, 0.75
 share of the feet's way that they move less, where the root is too small: of 358 real captures in
 which both feet swing all rise more, and move .53 or more. Hips are over the feet by this share of
 the legs: not those of a person who sits or lies."""
+_NO_WAY = 0.005  # Of the way that feet carry the root, below which it does not travel
 _GLIDES, _OUTRUNS = 1.5, 2.0
 """Metres a second of the hips, faster than a body glides ahead; and ratio to the faster foot past
 them, in the medians: 1.29 at most in 540 real captures."""
@@ -182,14 +183,17 @@ def find_up(
     stands = upright(points)
     hips = points[:, [_I["l_hip"], _I["r_hip"]]].mean(axis=1)
     is_at_origin = bool((np.linalg.norm(hips[:1], axis=1) < _FAR).any())
+    # Where places are relative to the root nothing carries the body, and a head may be still
+    is_relative = _is_relative(points, hips)
     shown, scores = dict[str, float](), dict[str, float]()
     for up in UPS:
         floor = math.exp(-0.5 * min(abs(lows[up]) / _FLOOR_WITHIN, 9.0) ** 2)
-        shown[up] = _STANDS * held[up] + _FLOOR * floor + _POSTURE * max(stands[up], 0.0)
+        floor, stood = (0.0, 0.0) if is_relative else (floor, held[up])
+        shown[up] = _STANDS * stood + _FLOOR * floor + _POSTURE * max(stands[up], 0.0)
         usually = _REST * (rest == up) + _USUAL * ((stated or usual) == up)
         scores[up] = shown[up] + _MOSTLY * floor + usually
     best = max(UPS, key=lambda up: scores[up])
-    is_sure = scores[best] - sorted(scores.values())[-2] >= _SURE
+    is_sure = not is_relative and scores[best] - sorted(scores.values())[-2] >= _SURE
     is_on_floor = abs(lows[best]) < _OFF_FLOOR
     for up in UPS:
         is_off_floor = is_on_floor and abs(lows[up]) > _FAR and not is_at_origin
@@ -205,6 +209,19 @@ def find_up(
         return Found(stated, True, tuple(scores.values()), stated, rest, notes)
     found = Found(best, is_sure, tuple(scores.values()), usual, rest, is_by_motion=is_moved)
     return replace(found, notes=up_notes(found))
+
+
+def _is_relative(points: FloatArray, hips: FloatArray) -> bool:
+    """Whether the root stays at one place while feet swing, as where places are relative to it."""
+    roots = (points[:, _I["pelvis"]], hips)
+    ankles = points[:, [_I["l_ankle"], _I["r_ankle"]]].reshape(len(points), -1)
+    known = np.isfinite(ankles).all(axis=1)
+    if not known.any() or np.ptp(ankles[known], axis=0).max() < _SWING:
+        return False
+    return any(
+        np.isfinite(root[known]).all() and np.ptp(root[known], axis=0).max() < _MOVED
+        for root in roots
+    )
 
 
 def up_notes(found: Found) -> tuple[str, ...]:
@@ -419,8 +436,11 @@ def travel_notes(points: FloatArray, fps: float, leg_length: float) -> tuple[str
             is_fixed = speed < _BOBS * swing and np.std(rises) < _BOBS * np.std(sinks)
             if not ratio and is_fixed and np.std(sinks) > _SINK:
                 ratio = f"{speed / swing:.1g}"
-    if not ratio and _is_pinned(hips, feet - hips[:, None]):
-        return ("The hips stay where they are while both feet swing below them. " + _UNITS_DIFFER,)
+    if (ratio and float(ratio) < _NO_WAY) or (not ratio and _is_pinned(hips, feet - hips[:, None])):
+        return (
+            "The hips stay where they are while both feet swing below them: places may be relative "
+            "to the root, or it has another unit than the bones. Export the way of the root, too.",
+        )
     if not ratio:
         return ()
     return (

@@ -69,6 +69,15 @@ def test_a_walk_shows_every_axis() -> None:
 
 
 @pytest.mark.parametrize("up", world.UPS)
+def test_places_relative_to_the_root_are_upright_and_told(up: str) -> None:
+    """As poses from pictures: the head is stiller than any foot, and stood on the floor."""
+    points = in_world(walk() - walk()[:, :1], up)
+    found = world.find_up(points, FPS)
+    assert found.up == up
+    assert not found.is_sure
+
+
+@pytest.mark.parametrize("up", world.UPS)
 def test_hops_in_place_are_read_or_told(up: str) -> None:
     """Nothing carries a body that is mostly in the air, and another axis may be at 0 by chance."""
     times = np.arange(90) / FPS
@@ -262,6 +271,8 @@ def test_hips_that_rest_while_feet_swing_are_told() -> None:
     pinned = points - 0.99 * points[:, :1]
     (note,) = world.travel_notes(pinned, FPS, leg)
     assert note.endswith("another unit than the bones. Export the capture again with one unit.")
+    (note,) = world.travel_notes(walk() - walk()[:, :1], FPS, leg)
+    assert "stay where they are while both feet swing" in note
     turns = rotations("chair", 90)
     swing = 40.0 * np.sin(np.arange(90) / 5.0)
     for side, way in (("l", 1.0), ("r", -1.0)):

@@ -19,6 +19,7 @@ Source: https://research.nvidia.com/labs/sil/projects/kimodo/docs (output format
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
@@ -137,6 +138,7 @@ _KEEPS, _ALIKE, _BACKWARDS, _PROPORTIONS = 0.15, 0.03, 0.1, 0.3
 first no order is believed; another order that is nearer than the second is told, too; the third is
 added where knees bend backwards. The mean logarithm of the ratios of limbs to those of the
 canonical body, above which they are no limbs: by hand."""
+_AT_ORIGIN = 0.1  # Of the spread of a body's points: a point that near to the origin may be there
 _USUAL_FPS, _FPS_ML3D, _JOINTS_ML3D = 30.0, 20.0, 22
 
 
@@ -189,7 +191,28 @@ def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, 
             f"{array.shape}. Save the joints of one body in 3D, or the numbers of a robot as qpos "
             "(root x y z, quaternion w x y z, joints).",
         )
-    return array, fps, _USUAL_FPS
+    return zeros_as_lost(array), fps, _USUAL_FPS
+
+
+def zeros_as_lost(points: FloatArray) -> FloatArray:
+    """Return points (frames, n, 3) with NaN where they are 0, as programs write what they lost.
+
+    A first point that is always 0 is a root to which the others are relative, and a point that is
+    near the origin before and behind may be there.
+    """
+    zero = ~points.any(axis=2)
+    zero[:, 0] &= not zero[:, 0].all()
+    if not zero.any():
+        return points
+    known = np.where(zero[..., None], np.nan, points)
+    with np.errstate(invalid="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of frames without points
+        size = float(np.nanmedian(np.linalg.norm(np.nanstd(known, axis=1), axis=1)))
+    for n in np.flatnonzero(zero.any(axis=0)):
+        between = straight(known[:, n], math.inf)
+        is_far = ~(np.linalg.norm(between, axis=1) < _AT_ORIGIN * size)
+        known[:, n] = np.where((zero[:, n] & ~is_far)[:, None], 0.0, known[:, n])
+    return known
 
 
 def humanml3d_positions(numbers: FloatArray) -> FloatArray:

@@ -99,6 +99,27 @@ def test_centres_of_joints_are_the_joints() -> None:
         assert found[role] == pytest.approx(CENTRES[name], abs=1.0), role
 
 
+@pytest.mark.parametrize("lost", [0.0, 9999.99, -9999.0, 1e10])
+def test_one_number_three_times_is_no_place(lost: float) -> None:
+    lines = trc(MARKERS).decode().split("\n")
+    at = 2 + 3 * list(MARKERS).index("LKNE")
+    for row in range(10, 13):
+        cells = lines[row].split("\t")
+        lines[row] = "\t".join([*cells[:at], *[f"{lost:g}"] * 3, *cells[at + 3 :]])
+    clip, whole = read_trc("\n".join(lines).encode(), "a.trc"), read_trc(trc(MARKERS), "a.trc")
+    np.testing.assert_allclose(clip.world_positions(), whole.world_positions(), atol=1e-5)
+
+
+def test_wrists_and_toes_without_markers_are_told() -> None:
+    told = "No markers are known for wrists and right toe: estimated from the rest of the body."
+    less = {k: v for k, v in MARKERS.items() if k[1:3] != "WR" and k != "RTOE"}
+    assert told in read_trc(trc(less), "a.trc").notes
+    assert not any("estimated" in note for note in read_trc(trc(MARKERS), "a.trc").notes)
+    other = {"RTOE": "RMT5", "LWRA": "LIWR", "RWRB": "RadialStyloidR"}
+    renamed = {other.get(k, k): v for k, v in MARKERS.items() if k not in ("LWRB", "RWRA")}
+    assert not any("estimated" in note for note in read_trc(trc(renamed), "a.trc").notes)
+
+
 @pytest.mark.parametrize(
     ("data", "told"),
     [
