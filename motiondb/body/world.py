@@ -212,14 +212,16 @@ def find_up(
 
 
 def _is_relative(points: FloatArray, hips: FloatArray) -> bool:
-    """Whether the root stays at one place while feet swing, as where places are relative to it."""
-    roots = (points[:, _I["pelvis"]], hips)
+    """Whether the root stays near the origin while feet swing, as where places are relative."""
     ankles = points[:, [_I["l_ankle"], _I["r_ankle"]]].reshape(len(points), -1)
     known = np.isfinite(ankles).all(axis=1)
     if not known.any() or np.ptp(ankles[known], axis=0).max() < _SWING:
         return False
+    roots = (points[known, _I["pelvis"]], hips[known])
     return any(
-        np.isfinite(root[known]).all() and np.ptp(root[known], axis=0).max() < _MOVED
+        np.isfinite(root).all()
+        and np.linalg.norm(root[0]) < _FAR
+        and np.ptp(root, axis=0).max() < _MOVED
         for root in roots
     )
 

@@ -32,16 +32,19 @@ FORMATS = MappingProxyType(
         ".nc": "movement",
         ".npy": "positions",
         ".csv": "robot",
+        ".tsv": "markers",
         ".pkl": "robot",
         ".mot": "opensim",
         ".sto": "opensim",
     }
 )  # Ending, lower case -> format
-WITH_TAKES = frozenset({"fbx", "c3d", "trc"})
+WITH_TAKES = frozenset({"fbx", "c3d", "trc", "markers"})
 """Formats of which one file may hold several captures, takes or performers."""
+TAKE_ENDINGS = frozenset({".csv"} | {end for end, form in FORMATS.items() if form in WITH_TAKES})
+"""Endings of such files, lower case."""
 CAPTURE_ENDINGS: tuple[str, ...] = tuple(FORMATS)
 """Endings of captures, lower case; ".txt" and ".json" count where they hold DeepMimic's JSON,
-".csv", ".npy", ".pkl", ".mot" and ".sto" where they hold motion."""
+".csv", ".tsv", ".npy", ".pkl", ".mot" and ".sto" where they hold motion."""
 WITH_SKELETON: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {".amc": (".asf",), ".csv": _MODELS, ".pkl": (*_MODELS, ".txt")}
     | {
@@ -119,7 +122,7 @@ def find_captures(folder: Path | str, within: Path | None = None) -> list[Path]:
 def holds_capture(path: Path) -> bool:
     """Whether a file with the ending of a capture may hold one; those of tables often do not."""
     ending = path.suffix.lower()
-    if ending in (".csv", ".npy", ".pkl", ".mot", ".sto"):
+    if ending in (".csv", ".tsv", ".npy", ".pkl", ".mot", ".sto"):
         return _is_motion(path, ending)
     return ending not in (".txt", ".json") or _is_deepmimic(path)
 
@@ -303,8 +306,9 @@ def _is_motion(path: Path, ending: str) -> bool:
         return is_named or first_bytes.is_points_shape(shape or ())
     if ending in (".mot", ".sto"):
         return first_bytes.is_angles(start)
-    if ending == ".csv":
-        return first_bytes.is_robot_csv(start)
+    if ending in (".csv", ".tsv"):
+        is_robot = ending == ".csv" and first_bytes.is_robot_csv(start)
+        return is_robot or first_bytes.is_marker_table(start)
     return first_bytes.is_motion_pickle(array_files.inflated(start))
 
 

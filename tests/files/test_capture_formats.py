@@ -67,6 +67,7 @@ def test_formats() -> None:
         "movement",
         "positions",
         "robot",
+        "markers",
         "robot",
         "opensim",
         "opensim",

@@ -163,6 +163,13 @@ def from_csv(data: bytes, path: object) -> RobotFile:
             faults.append((number, f"expected {len(head)} numbers, found {count}. Mend the row."))
         else:
             table[at] = [float(cell) for cell in row]
+    if len(faults) > len(body) / 2:
+        raise CaptureError(
+            path,
+            f"expected a table of a robot's motion, or of markers (Motive, Vicon), found "
+            f"{len(head)} cells in its first row, and others in {len(faults)} of {len(body)}. Is "
+            "it a capture?",
+        )
     if faults:
         raise CaptureError(path, faults[:20])
     if not len(table):

@@ -98,6 +98,18 @@ def is_motion_pickle(start: bytes) -> bool:
     return _MOTION_ARRAY.search(start) is not None
 
 
+def is_marker_table(start: bytes) -> bool:
+    """Say whether the start of a table is that of Motive, Vicon or Qualisys.
+
+    >>> is_marker_table(b"Format Version,1.23,Take Name,a"), is_marker_table(b"file,words")
+    (True, False)
+    """
+    text = start.removeprefix(b"\xef\xbb\xbf").lstrip()
+    return _TABLE.match(text) is not None and (
+        not text.startswith((b"FILE_V", b"NO_OF")) or b"MARKER_NAMES" in text
+    )
+
+
 def is_robot_csv(start: bytes) -> bool:
     """Say whether the start of a CSV file is that of a motion: numbers, or names of joints."""
     lines = [line for line in start.decode("latin-1").splitlines() if line.strip()]
@@ -169,6 +181,10 @@ def column(name: str) -> tuple[str, str]:
     return ("turn" if turned else "root"), axis
 
 
+_TABLE = re.compile(
+    rb"Format Version,|(FILE_VERSION|NO_OF_FRAMES)\t"
+    rb"|(Trajectories|Devices|Model Outputs|Segments|Joints),*\s*\n\s*[0-9.]+,*\s*\n"
+)  # How tables of markers begin
 _OTHERS = (
     ("quaternion", "orientations of sensors; compute joint angles with OpenSense (IK)"),
     ("vec3", "vectors; export places of markers as TRC"),

@@ -149,7 +149,7 @@ def read_tracks(file: MarkerFile, n_bytes: int, path: object, options: ReadOptio
         raise CaptureError(
             path, "expected markers, found none that was ever seen. Export it again."
         )
-    unit = _unit(file.unit, path) if options.unit is None else options.unit
+    unit = unit_of(file.unit, path) if options.unit is None else options.unit
     turn = world.to_y_up(options.up or file.up or file.usual_up)
     rate = check_rate(file.fps, path) if options.fps is None else options.fps
     places = rotation.rotate(turn, np.stack(list(tracks.values()), axis=1) * unit)
@@ -517,7 +517,7 @@ def _good_frames(
     )
 
 
-def _unit(name: str, path: object) -> float:
+def unit_of(name: str, path: object) -> float:
     """Return the metres per unit of a unit's name."""
     short = name.strip().lower()
     known = _UNIT_NAMES.get(short[:4], short)
@@ -534,7 +534,7 @@ def _find_unit(
     """Return the unit asked for, or a file's, or the one in which its markers are on a person."""
     if asked is not None:
         return asked, ()
-    stated = _unit(name, path)
+    stated = unit_of(name, path)
     is_skin = "LASI" in tracks
     typical = 0.9 if is_skin else world.TYPICAL_LEG
     leg = (_SIDED[part][:: 1 if is_skin else -1] for part in ("hips", "knees", "ankles"))

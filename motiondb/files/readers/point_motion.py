@@ -37,7 +37,7 @@ from motiondb.files.readers.first_bytes import HUMANML3D_WIDTH, is_points_shape
 from motiondb.files.readers.marker_gaps import LONGEST_GAP, gaps_of, longest_gap, seen, straight
 from motiondb.files.readers.markers import skeleton_of
 from motiondb.files.text import decode, quoted
-from motiondb.records import Clip, FloatArray, Skeleton
+from motiondb.records import BoolArray, Clip, FloatArray, Skeleton
 
 _FINGERS = ("Thumb", "Index", "Middle", "Ring", "Pinky")
 _SMPL = (
@@ -200,7 +200,7 @@ def zeros_as_lost(points: FloatArray) -> FloatArray:
     A first point that is always 0 is a root to which the others are relative, and a point that is
     near the origin before and behind may be there.
     """
-    zero = ~points.any(axis=2)
+    zero: BoolArray = np.asarray(~points.any(axis=2))
     zero[:, 0] &= not zero[:, 0].all()
     if not zero.any():
         return points
