@@ -187,6 +187,26 @@ def test_exchanged_toes_are_told() -> None:
     assert world.side_notes(points, False) == ()
 
 
+@pytest.mark.parametrize("degrees", [20.0, 60.0])
+def test_knees_that_bend_backwards_are_told(degrees: float) -> None:
+    """As where a model has the other sign; a knee that only swings so is not believed to."""
+    turns = rotations("stand", 90)
+    for side, sign in (("l", 1.0), ("r", -1.0)):
+        angles = np.zeros((90, 3))
+        angles[:, 0] = degrees * (1.0 + sign * np.sin(np.arange(90) / 5.0)) / 2.0
+        turns[:, body.INDEX[f"{side}_knee"]] = rotation.from_euler(angles, "XYZ")
+    back = turns.copy()
+    for side in "lr":
+        knee = body.INDEX[f"{side}_knee"]
+        back[:, knee] = rotation.conjugate(turns[:, knee])
+    root = np.tile([0.0, 0.9, 0.0], (90, 1))
+    for rotated, is_told in ((turns, False), (back, True)):
+        points, _ = kinematics.forward(body.PARENTS, body.OFFSETS, rotated, root)
+        notes = world.side_notes(points, True)
+        assert any("knees bend backwards though toes" in note for note in notes) == is_told
+        assert is_told or notes == ()
+
+
 def test_a_mirrored_world_is_told_where_legs_are_straight() -> None:
     points = walk()
     for side in "lr":

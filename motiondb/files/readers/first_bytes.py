@@ -240,6 +240,8 @@ def other_kind(header: Mapping[str, str], names: tuple[str, ...]) -> str:
     for word, what in _OTHERS:
         if word in re.split(r"[^a-z0-9]+", said):
             return what
+    if any(name.endswith("_Ox") for name in names):
+        return "places and angles of bodies (BodyKinematics); give values of coordinates (_q)"
     forces = [name for name in names if _FORCE.search(name)]
     values = [name for name in names if name.endswith("/value")]
     if 2 * len(forces) > len(names) and not values:
