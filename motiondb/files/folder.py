@@ -79,8 +79,8 @@ OTHER_FORMATS = MappingProxyType(
         ".mvnx": "Xsens XML",
         ".bip": "3ds Max Biped",
         ".csm": "Character Studio markers",
-        ".pkl": "Python pickle, as some SMPL data sets use",
-        ".npy": "single NumPy array",
+        ".pkl": "Python pickle without a motion that is known",
+        ".npy": "NumPy array without places of joints or a motion that is known",
         ".glb": "glTF",
         ".gltf": "glTF",
         ".dae": "Collada",
@@ -125,6 +125,23 @@ def holds_capture(path: Path) -> bool:
     if ending in (".csv", ".tsv", ".npy", ".pkl", ".mot", ".sto"):
         return _is_motion(path, ending)
     return ending not in (".txt", ".json") or _is_deepmimic(path)
+
+
+def no_captures(folder: Path) -> tuple[str, ...]:
+    """Describe the contents of a folder in which no capture was found."""
+    tables = [
+        path
+        for path in sorted(_visible(folder))
+        if path.suffix.lower() in FORMATS
+        and path.suffix.lower() not in OTHER_FORMATS
+        and path.is_file()
+    ]
+    if not tables:
+        return not_read(folder)
+    names = ", ".join(printable(path.relative_to(folder)) for path in tables[:5])
+    more = f" and {len(tables) - 5} more" if len(tables) > 5 else ""
+    told = f"{printable(folder)}: {names}{more}: no motion by which a capture is known; add a file "
+    return (told + "by its name to see the reason", *not_read(folder))
 
 
 def not_read(folder: Path | str) -> tuple[str, ...]:
