@@ -127,7 +127,8 @@ ORDERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )  # Known orders of joints
 _POSITIONS = (
     *("posed_joints", "global_joint_positions", "joint_positions", "joints_3d", "joints3d"),
-    *("keypoints", "keypoints_3d", "positions", "joints", "poses_3d", "xyz", "points", "arr_0"),
+    *("keypoints", "keypoints_3d", "keypoints3d", "positions", "joints", "poses_3d", "xyz"),
+    *("points", "arr_0"),
 )  # Names of arrays of positions, in the order in which they are looked for
 _NAMES = ("joint_names", "names", "joints", "bone_names", "keypoint_names", "marker_names")
 _TURNS = "global_rot_mats"
@@ -155,7 +156,9 @@ def read_points(
     names = _names(arrays, names_file, points.shape[1], path)
     check_clip_size(len(points), points.shape[1], n_bytes, path, options.limits)
     notes: tuple[str, ...] = ()
-    if not names:
+    if not names and usual == _FPS_ML3D:
+        names = _order_of_humanml3d(points, path)
+    elif not names:
         names, notes = _known_order(points, path)
     if options.fps:
         fps = options.fps
@@ -184,6 +187,8 @@ def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, 
     fps = check_rate(float(arrays[rates[0]].reshape(-1)[0]), path) if rates else None
     if array.ndim == 2 and array.shape[1] == HUMANML3D_WIDTH:
         return humanml3d_positions(array), fps, _FPS_ML3D
+    if array.ndim == 3 and array.shape[2] == 4 and _are_shares(array[..., 3]):
+        array = np.where(array[..., 3:] > 0.0, array[..., :3], np.nan)  # x, y, z, confidence
     if not is_points_shape(array.shape) or not len(array):
         raise CaptureError(
             path,
@@ -192,6 +197,10 @@ def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, 
             "(root x y z, quaternion w x y z, joints).",
         )
     return zeros_as_lost(array), fps, _USUAL_FPS
+
+
+def _are_shares(numbers: FloatArray) -> bool:
+    return bool(((numbers >= 0.0) & (numbers <= 1.0)).all())
 
 
 def zeros_as_lost(points: FloatArray) -> FloatArray:
@@ -278,6 +287,19 @@ def _known_order(points: FloatArray, path: object) -> tuple[tuple[str, ...], tup
     near = [name for name in ranked[1:] if fits[name] < fits[best] + _ALIKE]
     note += f" (as under {near[0]})" if near else ""
     return ORDERS[best], (note + ". Write them into joint_names.txt beside it if this is wrong.",)
+
+
+def _order_of_humanml3d(points: FloatArray, path: object) -> tuple[str, ...]:
+    """Return the names of HumanML3D's joints; CaptureError for numbers of no body."""
+    names = ORDERS["SMPL"]
+    if not _misfit(points, names) < _KEEPS:
+        raise CaptureError(
+            path,
+            f"expected HumanML3D's {HUMANML3D_WIDTH} numbers in metres, found ones under which "
+            "limbs do not keep their lengths. If they are normalised, multiply them by Std.npy and "
+            "add Mean.npy.",
+        )
+    return names
 
 
 def _misfit(points: FloatArray, names: Sequence[str]) -> float:

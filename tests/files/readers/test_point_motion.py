@@ -161,6 +161,24 @@ def test_humanml3d_numbers_become_positions() -> None:
     np.testing.assert_allclose(points[2], points[1], atol=1e-12)
 
 
+def test_normalised_numbers_of_humanml3d_are_named(tmp_path: Path) -> None:
+    np.save(tmp_path / "w.npy", np.random.default_rng(0).normal(size=(40, 263)))
+    with pytest.raises(CaptureError, match=r"multiply them by Std\.npy and add Mean\.npy"):
+        read_capture(tmp_path / "w.npy")
+
+
+def test_a_confidence_beside_places_is_left_out(tmp_path: Path) -> None:
+    names, points, _ = _positions("mixamo")
+    seen = np.full((*points.shape[:2], 1), 0.9)
+    seen[20:23, names.index("mixamorig:LeftHand")] = 0.0
+    clips = []
+    for each in (points, np.where(seen > 0.0, points, np.nan), np.concatenate([points, seen], 2)):
+        np.savez(tmp_path / "w.npz", keypoints3d=each, joint_names=np.array(names), fps=30)
+        clips.append(read_capture(tmp_path / "w.npz", up="y").world_positions())
+    np.testing.assert_array_equal(clips[2], clips[1])
+    np.testing.assert_allclose(clips[2], clips[0], atol=0.06)
+
+
 @pytest.mark.parametrize(
     ("array", "said"),
     [
