@@ -33,7 +33,10 @@ from motiondb.errors import CaptureError
 from motiondb.files.text import quoted
 from motiondb.records import BoolArray
 
-RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "framerate", "frame_rate", "frequency")
+RATES = (
+    *("mocap_framerate", "mocap_frame_rate", "fps", "framerate", "frame_rate", "frequency"),
+    *("mocap_fps", "motion_fps", "sample_rate", "sampling_rate"),
+)
 """Names of the frame rate."""
 _UNPACKED, _RATIO = 256_000_000, 20
 """Bytes to which the arrays of a file may unpack, or this multiple of the file's size if that is
@@ -100,6 +103,18 @@ def texts_of(array: NDArray[np.generic]) -> tuple[str, ...]:
     return tuple(
         text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text) for text in array
     )
+
+
+def as_numbers(array: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Return an array of texts that are numbers, as some programs save a rate, as numbers.
+
+    >>> as_numbers(np.array(["30"])), as_numbers(np.array(b"29.97")), as_numbers(np.array("x"))
+    (array([30.]), array(29.97), array('x', dtype='<U1'))
+    """
+    try:
+        return array.astype(float) if array.dtype.kind in "US" else array
+    except ValueError:
+        return array
 
 
 def frames_left_out(

@@ -32,7 +32,7 @@ from motiondb.body.joint_names import joint_map, mirror_joints
 from motiondb.body.world import UNITS
 from motiondb.errors import CaptureError, SkeletonError
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
-from motiondb.files.readers.array_files import RATES, Arrays, texts_of
+from motiondb.files.readers.array_files import RATES, Arrays, as_numbers, texts_of
 from motiondb.files.readers.first_bytes import HUMANML3D_WIDTH, is_points_shape
 from motiondb.files.readers.marker_gaps import LONGEST_GAP, gaps_of, longest_gap, seen, straight
 from motiondb.files.readers.markers import skeleton_of
@@ -183,8 +183,9 @@ def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, 
     array = arrays[name].astype(np.float64)
     if array.ndim == 4 and 1 in array.shape[:2]:
         array = array[0] if len(array) == 1 else array[:, 0]
-    rates = [n for n in RATES if n in arrays and arrays[n].size == 1]
-    fps = check_rate(float(arrays[rates[0]].reshape(-1)[0]), path) if rates else None
+    rates = [as_numbers(arrays[n]) for n in RATES if n in arrays and arrays[n].size == 1]
+    said = next((rate.reshape(-1)[0] for rate in rates if rate.dtype.kind in "iuf"), None)
+    fps = None if said is None else check_rate(float(said), path)
     if array.ndim == 2 and array.shape[1] == HUMANML3D_WIDTH:
         return humanml3d_positions(array), fps, _FPS_ML3D
     if array.ndim == 3 and array.shape[2] == 4 and _are_shares(array[..., 3]):

@@ -31,7 +31,13 @@ from motiondb.body.robot_names import part_of
 from motiondb.body.world import find_rate
 from motiondb.errors import CaptureError, suggestion
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
-from motiondb.files.readers.array_files import RATES, Arrays, frames_left_out, texts_of
+from motiondb.files.readers.array_files import (
+    RATES,
+    Arrays,
+    as_numbers,
+    frames_left_out,
+    texts_of,
+)
 from motiondb.files.readers.first_bytes import (
     BODY_NAMES,
     BODY_TURNS,
@@ -150,8 +156,9 @@ def from_arrays(arrays: Arrays, path: object) -> RobotFile:
 def _rate_in(arrays: Arrays) -> float | None:
     """Return the frames per second that arrays say, or the seconds of a frame (dt)."""
     for name in (*RATES, "dt"):
-        if name in arrays and arrays[name].size and arrays[name].dtype.kind in "iuf":
-            number = float(arrays[name].reshape(-1)[0])
+        rate = as_numbers(arrays[name]) if name in arrays else np.zeros(0)
+        if rate.size and rate.dtype.kind in "iuf":
+            number = float(rate.reshape(-1)[0])
             return number if name != "dt" else 1.0 / number if number > 0 else None
     times = next((arrays[name] for name in TIMES if name in arrays), np.zeros(0))
     return (
