@@ -34,7 +34,7 @@ JOINTS = (
 )
 ROOTS = (
     *("root_pos", "root_trans", "root_trans_offset", "root_positions", "base_pos", "root_pos_w"),
-    *("base_position", "root_position", "root_translation", "base_trans"),
+    *("base_position", "root_position", "root_translation", "base_trans", "base_pos_w"),
 )
 TURNS: Mapping[str, str] = MappingProxyType(
     {"root_rot": "xyzw", "root_quat": "", "root_rotation": "", "base_quat": ""}

@@ -66,6 +66,7 @@ that is upright, and of one that is not; by how much it is less upright in the w
 the yaw is a tilt, so by 1 less its cosine."""
 _Z = np.array([0.0, 0.0, 1.0])
 _ALONG = 0.9  # Mean cosine of a base with an axis along which it stands for the whole take
+_LIKE_1 = 0.001  # By which quaternions among other numbers differ from length 1 at most
 _OF_LENGTH_1 = 0.05  # By which quaternions may differ from length 1 in the median
 _SUFFIX = re.compile(r"(_?(joint|dof|link|pos|position|skel|angle|rad|deg|q))+$")
 _PREFIX = re.compile(r"^((dof|joint|pos|position|angle|q)_)+")
@@ -279,9 +280,12 @@ def _of_robot(
             raise CaptureError(
                 path, "expected places and turns of the root, found none. Export them, too."
             )
+        said, object_notes = _behind_object(said)
         values, notes = _values(said, robot, path)
+        notes += object_notes
         values, unit_notes = _radians(values, robot)
         notes += unit_notes
+        assert said.root is not None
         root = said.root
         turns, order_notes = _root_turns(said, path, options.up)
         notes += order_notes
@@ -381,12 +385,29 @@ def _values(said: RobotFile, robot: Robot, path: object) -> tuple[FloatArray, tu
     for chosen, how in choices:
         if len(chosen) == width or (width - len(chosen) == 7 and said.order == "wxyz"):
             values[:, chosen] = said.values[:, : len(chosen)]
-            return values, (f"The file names no joints; they are taken {how}.",)
+            told = f"The file names no joints; they are taken {how}."
+            return values, (told, _OBJECT.format("behind"))[: 2 if len(chosen) < width else 1]
     raise CaptureError(
         path,
         f"expected {len(robot.free)} joints as the model {quoted(robot.name, 40)} has, found "
         f"{width}{_robots_of(width)}. Give the model of this robot with --skeleton.",
     )
+
+
+_OBJECT = "Left out 7 numbers {} those of the robot: place and quaternion of an object."
+
+
+def _behind_object(said: RobotFile) -> tuple[RobotFile, tuple[str, ...]]:
+    """Return what is said of a robot before which an object stands in qpos, and a note."""
+    assert said.values is not None
+    values = said.values
+    if said.names or said.order != "wxyz" or values.shape[1] < 8:
+        return said, ()
+    sizes = np.linalg.norm(values[:, 3:7], axis=1)
+    if len(values) < 2 or np.abs(sizes - 1.0).max() > _LIKE_1:
+        return said, ()
+    robot = replace(said, root=values[:, :3], turns=values[:, 3:7], values=values[:, 7:])
+    return robot, (_OBJECT.format("before"),)
 
 
 def _is_finger(robot: Robot, joint: int) -> bool:

@@ -512,3 +512,13 @@ def test_the_rate_of_times_beside_an_array(folder: Path) -> None:
     assert (
         read_capture(_save(folder, "w.npz", qpos=qpos, timestamps=times * 5_000_000)).fps == 200.0
     )
+
+
+@pytest.mark.parametrize("is_before", [False, True])
+def test_an_object_in_qpos_is_left_out_and_told(folder: Path, is_before: bool) -> None:
+    robot, thing = np.c_[ROOT, TURNS, VALUES], np.c_[ROOT + 1.0, np.roll(TURNS, 5, axis=0)]
+    qpos = np.c_[thing, robot] if is_before else np.c_[robot, thing]
+    clip = read_capture(_save(folder, "w.npz", qpos=qpos, fps=30))
+    _is_walk(clip)
+    where = "before" if is_before else "behind"
+    assert any(f"Left out 7 numbers {where} those of the robot" in note for note in clip.notes)
