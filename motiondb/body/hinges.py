@@ -205,3 +205,16 @@ def of_frames(
 def _frames_of(value: FloatArray, n_frames: int) -> FloatArray:
     """One more joint with the same value in every frame: array (frames, 1, ...)."""
     return np.broadcast_to(value, (n_frames, 1, len(value)))
+
+
+_ALONG = 0.9  # Mean cosine of a base with an axis along which it lies for the whole take
+
+
+def lying_notes(turns: FloatArray) -> tuple[str, ...]:
+    """Note a base that lies along one axis for the whole take, as where another axis is up."""
+    way = rotation.rotate(turns, np.array([0.0, 0.0, 1.0])).mean(axis=0)
+    axis = int(np.abs(way).argmax())
+    if (axis == 2 and way[2] > 0.0) or abs(way[axis]) < _ALONG:
+        return ()
+    up = ("-" if way[axis] < 0.0 else "") + "xyz"[axis]
+    return (f"z is taken for up, and the robot lies along {up}. If it stands, give --up {up}.",)

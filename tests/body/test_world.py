@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from postures import FPS, POSTURES, in_world, positions, rotations, walk
 
-from motiondb.body import body, kinematics, retarget, rotation, world
+from motiondb.body import body, kinematics, rates, retarget, rotation, world
 from motiondb.records import Clip
 
 HEADINGS = [0, 45, 90, 135, 180, 225, 270, 315]
@@ -358,13 +358,13 @@ RATES = [
 
 @pytest.mark.parametrize(("written", "fps", "is_told"), RATES)
 def test_the_rate_that_a_frame_time_means(written: str, fps: float, is_told: bool) -> None:
-    found, notes = world.find_rate(float(written), written)
+    found, notes = rates.find_rate(float(written), written)
     assert found == pytest.approx(fps, rel=1e-9 if fps != 58.6 else 1e-4)
     assert bool(notes) == is_told
 
 
 def test_an_unusual_rate_of_few_digits_names_the_usual_ones_beside_it() -> None:
-    assert world.find_rate(0.0084, "0.0084")[1] == (
+    assert rates.find_rate(0.0084, "0.0084")[1] == (
         "The frame time 0.0084 is that of no usual rate: 119 frames a second are taken; the "
         "nearest usual rates are 120 and 100. Give the right one (--fps) if this is wrong.",
     )
@@ -372,8 +372,8 @@ def test_an_unusual_rate_of_few_digits_names_the_usual_ones_beside_it() -> None:
 
 def test_whole_rates_come_back_from_every_number_of_digits() -> None:
     for fps in (24, 25, 30, 50, 60, 90, 100, 120, 240, 17, 85, 333):
-        assert world.find_rate(1.0 / fps)[0] == fps
+        assert rates.find_rate(1.0 / fps)[0] == fps
         for digits in range(6, 12):
             assert (
-                world.find_rate(float(f"{1 / fps:.{digits}f}"), f"{1 / fps:.{digits}f}")[0] == fps
+                rates.find_rate(float(f"{1 / fps:.{digits}f}"), f"{1 / fps:.{digits}f}")[0] == fps
             )

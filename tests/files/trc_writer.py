@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from motiondb.files.limits import AS_USUAL, ReadOptions
+from motiondb.files.readers.c3d import read_c3d_takes
+from motiondb.files.readers.markers import only_performer
+from motiondb.files.readers.trc import read_trc_takes
+from motiondb.records import Clip
+
 _SIDED = {
     "Hip": (9, 92, 0), "Knee": (9, 50, 1), "Ankle": (9, 9, 0), "BigToe": (9, 2, 14),
     "Heel": (9, 2, -5), "Shoulder": (18, 145, 0), "Elbow": (45, 145, 0), "Wrist": (70, 145, 0),
@@ -38,3 +44,13 @@ def trc(places: Mapping[str, tuple[float, ...]], unit: str = "cm", scale: float 
             numbers[:3] = ["", "", ""]
         lines.append("\t".join([str(frame + 1), f"{frame / 60:.3f}", *numbers]))
     return "\n".join(lines).encode()
+
+
+def read_trc(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
+    """Read the only performer of a TRC."""
+    return only_performer(read_trc_takes(data, path, options), path, options)
+
+
+def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
+    """Read the only performer of a C3D."""
+    return only_performer(read_c3d_takes(data, path, options), path, options)

@@ -19,6 +19,7 @@ from pathlib import Path
 import numpy as np
 
 from motiondb.body import rotation
+from motiondb.body.rates import rate_of_times
 from motiondb.errors import CaptureError
 from motiondb.files.limits import ReadOptions, SkeletonFile
 from motiondb.files.readers import point_motion, robot_motion
@@ -187,7 +188,7 @@ def from_csv(data: bytes, path: object) -> RobotFile:
             table[:, low + 3 : low + 7],
             table[:, low + 7 :],
         )
-        fps = robot_motion.rate_of_times(table[:, 0]) if low else None
+        fps = rate_of_times(table[:, 0]) if low else None
         return RobotFile(values, (), root, turns, "xyzw", fps=fps, is_table=True)
     return _named_columns(table, names, path)
 
@@ -222,7 +223,7 @@ def _named_columns(table: FloatArray, names: tuple[str, ...], path: object) -> R
     times = [(table[:, n], unit) for n, (kind, unit) in enumerate(kinds) if kind == "time"]
     places, values = table[:, [root[axis] for axis in "xyz"]], table[:, joints]
     turns = table[:, [turn[axis] for axis in ("zyx" if is_euler else "wxyz")]]
-    fps = robot_motion.rate_of_times(*times[0]) if times else None
+    fps = rate_of_times(*times[0]) if times else None
     notes: tuple[str, ...] = ()
     if is_euler and any("translate" in name.lower() for name in names):
         turns, places, values = rotation.from_euler(turns, "ZYX"), places * 0.01, np.deg2rad(values)

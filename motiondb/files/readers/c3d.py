@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from motiondb.errors import CaptureError
 from motiondb.files.limits import AS_USUAL, ReadOptions
 from motiondb.files.readers.marker_gaps import is_place
-from motiondb.files.readers.markers import MarkerFile, only_performer, read_markers
+from motiondb.files.readers.markers import MarkerFile, read_markers
 from motiondb.records import LARGEST, MOTION_FPS, Clip, Event, FloatArray
 
 
@@ -80,11 +80,6 @@ def c3d_events(data: bytes, path: object, fps: float, take: str = "") -> list[Ev
             sided = f"{event.context.lower()}_{name}" if side else name
             found.append(Event(frame, sided))
     return found
-
-
-def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
-    """Read the clip in the bytes of a C3D file."""
-    return only_performer(read_c3d_takes(data, path, options), path, options)
 
 
 BLOCK = 512

@@ -18,7 +18,7 @@ from types import MappingProxyType
 import numpy as np
 
 from motiondb.body import rotation
-from motiondb.body.world import find_rate
+from motiondb.body.rates import find_rate
 from motiondb.errors import CaptureError
 from motiondb.files.json_text import JSONError, parse_json
 from motiondb.files.limits import AS_USUAL, MAX_FPS, MIN_FPS, ReadOptions, check_clip_size

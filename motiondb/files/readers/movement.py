@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from motiondb.body.world import find_rate
+from motiondb.body.rates import find_rate
 from motiondb.errors import CaptureError, MotionDBError
 from motiondb.files.limits import AS_USUAL, ReadOptions, check_rate
 from motiondb.files.readers.child_process import end_child_with_parent, read_in_child

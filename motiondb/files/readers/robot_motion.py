@@ -27,8 +27,8 @@ from numpy.typing import NDArray
 
 from motiondb.body import hinges, rotation
 from motiondb.body.hinges import Robot
+from motiondb.body.rates import rate_of_times
 from motiondb.body.robot_names import part_of
-from motiondb.body.world import find_rate
 from motiondb.errors import CaptureError, suggestion
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
 from motiondb.files.readers.array_files import (
@@ -57,9 +57,6 @@ _KNOWN: Mapping[int, str] = MappingProxyType(
     | {27: "Unitree's H1-2", 12: "the legs of many robots", 43: "Unitree's G1 with hands"}
 )  # Number of joints -> robots that have as many
 DEFAULT_FPS = 30.0  # Of CSV files: that of retargeted LAFAN1
-_SECONDS: Mapping[str, float] = MappingProxyType({"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9})
-_LEAST: Mapping[str, float] = MappingProxyType({"ns": 1e6, "us": 1e3, "ms": 4.0})
-"""Steps of times without a unit above which they are in this one: 1,000 to 1 frames a second."""
 _FITS, _UPRIGHT, _LYING, _TILTS = 0.03, 0.7, 0.4, 0.05
 """Metres within which bodies are where the model has them; mean cosines with the vertical of a base
 that is upright, and of one that is not; by how much it is less upright in the wrong order: there
@@ -169,19 +166,6 @@ def _rate_in(arrays: Arrays) -> float | None:
     )
 
 
-def rate_of_times(times: FloatArray, unit: str = "") -> float | None:
-    """Return the frames per second of times; None for numbers of frames.
-
-    Without a unit, steps are seconds up to 1, then milli-, micro- or nanoseconds.
-
-    >>> [rate_of_times(np.arange(9) * step) for step in (0.02, 20, 20_000, 2e7)], 1e9
-    ([50.0, 50.0, 50.0, 50.0], 1000000000.0)
-    """
-    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-    step *= _SECONDS[unit or next((u for u, least in _LEAST.items() if step >= least), "s")]
-    return find_rate(step)[0] if 1e-4 < step < 1.0 else None
-
-
 def _numbers(
     array: NDArray[np.generic], name: str, width: int | None, path: object
 ) -> FloatArray | None:
@@ -289,7 +273,7 @@ def _of_robot(
         root = said.root
         turns, order_notes = _root_turns(said, path, options.up)
         notes += order_notes
-    notes += () if options.up else _lies(turns)
+    notes += () if options.up else hinges.lying_notes(turns)
     values = hinges.with_mimics(robot, values)
     posed = hinges.pose(robot, root, rotation.unroll(turns), values)
     clip = hinges.to_clip(robot, posed, fps, options.up)
@@ -353,16 +337,6 @@ def _root_turns(said: RobotFile, path: object, up: str) -> tuple[FloatArray, tup
             f"which the robot is more upright ({stands[order]:.2f} against {stands[other]:.2f}).",
         )
     return each[order], ()
-
-
-def _lies(turns: FloatArray) -> tuple[str, ...]:
-    """Note a base that lies along one axis for the whole take, as where another axis is up."""
-    way = rotation.rotate(turns, _Z).mean(axis=0)
-    axis = int(np.abs(way).argmax())
-    if (axis == 2 and way[2] > 0.0) or abs(way[axis]) < _ALONG:
-        return ()
-    up = ("-" if way[axis] < 0.0 else "") + "xyz"[axis]
-    return (f"z is taken for up, and the robot lies along {up}. If it stands, give --up {up}.",)
 
 
 def _values(said: RobotFile, robot: Robot, path: object) -> tuple[FloatArray, tuple[str, ...]]:

@@ -12,11 +12,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.body.world import find_rate
+from motiondb.body.rates import find_rate
 from motiondb.errors import CaptureError
 from motiondb.files.limits import AS_USUAL, MAX_FPS, MIN_FPS, ReadOptions
 from motiondb.files.readers.marker_gaps import is_place
-from motiondb.files.readers.markers import MarkerFile, only_performer, read_markers
+from motiondb.files.readers.markers import MarkerFile, read_markers
 from motiondb.files.text import quoted
 from motiondb.records import Clip, FloatArray
 
@@ -51,11 +51,6 @@ def trc_markers(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> M
     notes += gap_notes + (rate_notes if options.fps is None else ())
     unit = said.get("units", "")
     return MarkerFile(labels, len(places), lambda n: places[:, n], fps, unit, "", "y", "trc", notes)
-
-
-def read_trc(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
-    """Read the clip in the bytes of a TRC file."""
-    return only_performer(read_trc_takes(data, path, options), path, options)
 
 
 def _places(lines: list[str], n_markers: int, path: object) -> tuple[FloatArray, FloatArray]:

@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 from odd_c3d import MARKERS
-from trc_writer import CENTRES, trc
+from trc_writer import CENTRES, read_trc, trc
 
 from motiondb.body.kinematics import clip_positions
 from motiondb.errors import CaptureError, NoBodyError
 from motiondb.files.folder import find_captures
 from motiondb.files.formats import read_capture, read_marker_bytes, read_takes_bytes
-from motiondb.files.readers.trc import read_trc
 from motiondb.records import Clip
 
 FRAMES = 20

@@ -7,13 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 from odd_c3d import MARKERS
-from trc_writer import CENTRES, trc
+from trc_writer import CENTRES, read_trc, trc
 
 from motiondb.body import body, kinematics
 from motiondb.errors import CaptureError
 from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.marker_names import name_markers
-from motiondb.files.readers.trc import read_trc
 
 
 def joints(data: bytes) -> Mapping[str, np.ndarray]:
