@@ -277,7 +277,7 @@ def _of_robot(
     values = hinges.with_mimics(robot, values)
     posed = hinges.pose(robot, root, rotation.unroll(turns), values)
     clip = hinges.to_clip(robot, posed, fps, options.up)
-    notes = robot.notes + notes + limit_notes(robot, values)
+    notes = robot.notes + notes + hinges.limit_notes(robot, values)
     return replace(clip, notes=notes + clip.notes)
 
 
@@ -547,27 +547,6 @@ def _in_order(said: RobotFile, robot: Robot, links: Sequence[int], path: object)
         return values
     out[:, wanted] = said.values
     return out
-
-
-def limit_notes(robot: Robot, values: FloatArray) -> tuple[str, ...]:
-    """Note the joints that leave their limits."""
-    found = []
-    for number, joint in enumerate(robot.joints):
-        if joint.limits is None or joint.slides or joint.mimics is not None:
-            continue
-        low, high = joint.limits
-        beyond = np.maximum(low - values[:, number], values[:, number] - high)
-        if float(beyond.max()) > np.deg2rad(0.5):
-            found.append((float(beyond.max()), int((beyond > np.deg2rad(0.5)).sum()), joint))
-    if not found:
-        return ()
-    most, count, joint = max(found, key=lambda each: each[0])
-    assert joint.limits is not None
-    low, high = np.rad2deg(joint.limits)
-    return (
-        f"{len(found)} joints leave the limits of the model, {joint.name} the most: by "
-        f"{np.rad2deg(most):.1f} degrees ({low:.0f} to {high:.0f} are allowed), in {count} frames.",
-    )
 
 
 def _of_bodies(said: RobotFile, path: object, fps: float, options: ReadOptions) -> Clip:
