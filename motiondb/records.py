@@ -109,8 +109,8 @@ class Clip(Sliced):
     of each joint in its parent's frame, metres, in place of ``offsets`` (the root's row repeats
     ``root_positions``)."""
     format: str = "bvh"
-    """One of "bvh", "amc", "deepmimic", "amass", "c3d", "trc", "fbx", "movement", "robot",
-    "opensim" or "positions"."""
+    """One of "bvh", "amc", "deepmimic", "amass", "c3d", "trc", "markers" (tables), "fbx",
+    "movement", "robot", "opensim" or "positions"."""
     unit: float = 1.0
     """Metres per length unit of the file."""
     up: str = ""

@@ -205,3 +205,37 @@ def of_frames(
 def _frames_of(value: FloatArray, n_frames: int) -> FloatArray:
     """One more joint with the same value in every frame: array (frames, 1, ...)."""
     return np.broadcast_to(value, (n_frames, 1, len(value)))
+
+
+_ALONG = 0.9  # Mean cosine of a base with an axis along which it lies for the whole take
+
+
+def lying_notes(turns: FloatArray) -> tuple[str, ...]:
+    """Note a base that lies along one axis for the whole take, as where another axis is up."""
+    way = rotation.rotate(turns, np.array([0.0, 0.0, 1.0])).mean(axis=0)
+    axis = int(np.abs(way).argmax())
+    if (axis == 2 and way[2] > 0.0) or abs(way[axis]) < _ALONG:
+        return ()
+    up = ("-" if way[axis] < 0.0 else "") + "xyz"[axis]
+    return (f"z is taken for up, and the robot lies along {up}. If it stands, give --up {up}.",)
+
+
+def limit_notes(robot: Robot, values: FloatArray) -> tuple[str, ...]:
+    """Note the joints that leave their limits."""
+    found = []
+    for number, joint in enumerate(robot.joints):
+        if joint.limits is None or joint.slides or joint.mimics is not None:
+            continue
+        low, high = joint.limits
+        beyond = np.maximum(low - values[:, number], values[:, number] - high)
+        if float(beyond.max()) > np.deg2rad(0.5):
+            found.append((float(beyond.max()), int((beyond > np.deg2rad(0.5)).sum()), joint))
+    if not found:
+        return ()
+    most, count, joint = max(found, key=lambda each: each[0])
+    assert joint.limits is not None
+    low, high = np.rad2deg(joint.limits)
+    return (
+        f"{len(found)} joints leave the limits of the model, {joint.name} the most: by "
+        f"{np.rad2deg(most):.1f} degrees ({low:.0f} to {high:.0f} are allowed), in {count} frames.",
+    )

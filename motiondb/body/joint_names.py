@@ -114,6 +114,12 @@ MikuMikuDance: 左 右
     上半身 上半身2 首 頭 *足 *ひざ *足首 *つま先 *腕 *ひじ *手首
 German: links rechts
     bauch brust hals kopf *oberschenkel *unterschenkel *fuss *zehen *oberarm *unterarm *hand
+mocopi: l r
+    torso3 torso6 neck1 head *upleg *lowleg *foot *toes *uparm *lowarm *hand
+Cascadeur: l r
+    stomach chest neck head thigh* calf* foot* toe* arm* forearm* hand*
+VRChat: left right
+    spine chest neck head *leg *knee *ankle *toe *arm *elbow *wrist
 SOMA: left right
     spine1 chest neck1 head *leg *shin *foot *toebase *arm *forearm *hand
 motiondb: l r

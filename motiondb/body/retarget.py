@@ -237,10 +237,19 @@ def up_axis(clip: Clip, user_map: Mapping[str, str] | None = None) -> str:
     return clip.up or _find_up(clip, roles, _measured(clip, roles)[0]).up
 
 
+_TURNS = frozenset({"c3d", "trc", "markers", "movement", "positions", "robot", "amass"})
+"""Formats whose readers turn their axes: these are others than those that a person knows."""
+_TURNED = (
+    "The body moves as if another axis were up than the file, its format or --up says. Give the "
+    "right one (--up) if it does not lie."
+)
+
+
 def _find_up(clip: Clip, roles: Mapping[str, int], points: FloatArray) -> world.Found:
     """Find the axis that is up from joints (frames, 21, 3) and the rest pose, or as stated."""
     if clip.up:
-        return world.find_up(points, clip.fps, stated=clip.up)
+        found = world.find_up(points, clip.fps, stated=clip.up)
+        return replace(found, notes=(_TURNED,)) if found.notes and clip.format in _TURNS else found
     n_joints = len(clip.skeleton.names)
     rest = replace(
         clip,

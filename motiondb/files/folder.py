@@ -32,19 +32,27 @@ FORMATS = MappingProxyType(
         ".nc": "movement",
         ".npy": "positions",
         ".csv": "robot",
+        ".tsv": "markers",
         ".pkl": "robot",
         ".mot": "opensim",
         ".sto": "opensim",
     }
 )  # Ending, lower case -> format
-WITH_TAKES = frozenset({"fbx", "c3d", "trc"})
+WITH_TAKES = frozenset({"fbx", "c3d", "trc", "markers"})
 """Formats of which one file may hold several captures, takes or performers."""
+TAKE_ENDINGS = frozenset({".csv"} | {end for end, form in FORMATS.items() if form in WITH_TAKES})
+"""Endings of such files, lower case."""
 CAPTURE_ENDINGS: tuple[str, ...] = tuple(FORMATS)
 """Endings of captures, lower case; ".txt" and ".json" count where they hold DeepMimic's JSON,
-".csv", ".npy", ".pkl", ".mot" and ".sto" where they hold motion."""
+".csv", ".tsv", ".npy", ".pkl", ".mot" and ".sto" where they hold motion."""
 WITH_SKELETON: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {".amc": (".asf",), ".csv": _MODELS, ".pkl": (*_MODELS, ".txt")}
-    | {".npz": (*_MODELS, ".txt"), ".npy": (".txt",), ".mot": (".osim",), ".sto": (".osim",)}
+    | {
+        ".npz": (*_MODELS, ".txt"),
+        ".npy": (*_MODELS, ".txt"),
+        ".mot": (".osim",),
+        ".sto": (".osim",),
+    }
 )
 """Ending of a capture -> endings of the skeleton file that may belong to it: an ASF, the model of a
 robot or of OpenSim, names of joints."""
@@ -71,8 +79,8 @@ OTHER_FORMATS = MappingProxyType(
         ".mvnx": "Xsens XML",
         ".bip": "3ds Max Biped",
         ".csm": "Character Studio markers",
-        ".pkl": "Python pickle, as some SMPL data sets use",
-        ".npy": "single NumPy array",
+        ".pkl": "Python pickle without a motion that is known",
+        ".npy": "NumPy array without places of joints or a motion that is known",
         ".glb": "glTF",
         ".gltf": "glTF",
         ".dae": "Collada",
@@ -114,9 +122,26 @@ def find_captures(folder: Path | str, within: Path | None = None) -> list[Path]:
 def holds_capture(path: Path) -> bool:
     """Whether a file with the ending of a capture may hold one; those of tables often do not."""
     ending = path.suffix.lower()
-    if ending in (".csv", ".npy", ".pkl", ".mot", ".sto"):
+    if ending in (".csv", ".tsv", ".npy", ".pkl", ".mot", ".sto"):
         return _is_motion(path, ending)
     return ending not in (".txt", ".json") or _is_deepmimic(path)
+
+
+def no_captures(folder: Path) -> tuple[str, ...]:
+    """Describe the contents of a folder in which no capture was found."""
+    tables = [
+        path
+        for path in sorted(_visible(folder))
+        if path.suffix.lower() in FORMATS
+        and path.suffix.lower() not in OTHER_FORMATS
+        and path.is_file()
+    ]
+    if not tables:
+        return not_read(folder)
+    names = ", ".join(printable(path.relative_to(folder)) for path in tables[:5])
+    more = f" and {len(tables) - 5} more" if len(tables) > 5 else ""
+    told = f"{printable(folder)}: {names}{more}: no motion by which a capture is known; add a file "
+    return (told + "by its name to see the reason", *not_read(folder))
 
 
 def not_read(folder: Path | str) -> tuple[str, ...]:
@@ -293,12 +318,15 @@ def _is_motion(path: Path, ending: str) -> bool:
     if not start:
         return path.is_file() and not os.access(path, os.R_OK)
     if ending == ".npy":
-        return first_bytes.is_points_shape(array_files.npy_shape(start))
+        shape = array_files.npy_shape(start)
+        is_named = shape is None and first_bytes.is_motion_pickle(start)
+        return is_named or first_bytes.is_points_shape(shape or ())
     if ending in (".mot", ".sto"):
         return first_bytes.is_angles(start)
-    if ending == ".csv":
-        return first_bytes.is_robot_csv(start)
-    return first_bytes.is_motion_pickle(start)
+    if ending in (".csv", ".tsv"):
+        is_robot = ending == ".csv" and first_bytes.is_robot_csv(start)
+        return is_robot or first_bytes.is_marker_table(start)
+    return first_bytes.is_motion_pickle(array_files.inflated(start))
 
 
 def _begins_with(stem: str, name: str) -> bool:

@@ -23,6 +23,7 @@ from motiondb.files.folder import (
     CAPTURE_ENDINGS,
     FORMATS,
     OTHER_FORMATS,
+    TAKE_ENDINGS,
     WITH_TAKES,
     skeleton_path,
 )
@@ -39,6 +40,7 @@ from motiondb.files.limits import (
     check_options,
     guarded,
 )
+from motiondb.files.readers.first_bytes import is_marker_table
 from motiondb.files.safe_files import is_file, open_file
 from motiondb.files.text import clean_bytes, decode, quoted
 from motiondb.records import Clip, Event
@@ -49,6 +51,7 @@ if TYPE_CHECKING:
 _MAX_BESIDE = 1_000_000  # Bytes of a JSON beside a table
 _MAX_FIRST = 100_000  # Bytes of a table in which its header stands
 _BESIDE = {"fps", "up", "units", "quaternion_order", "model", "columns"}  # What ours says
+_OF_MARKERS = ("c3d", "trc", "markers")
 _UNIT_LENGTH = 1e-3
 """How far the square of a quaternion's length may be from 1. Normalised ones are within 1e-15; a
 larger difference comes from numbers that overflowed."""
@@ -72,8 +75,10 @@ def capture_format(path: Path | str) -> str:
 
 
 def data_format(data: bytes, path: Path | str) -> str:
-    """Return the format of a file by its ending and, for arrays, by what they are called."""
+    """Return the format of a file by its ending and, of arrays and tables, by what they hold."""
     kind = capture_format(path)
+    if kind == "robot" and is_marker_table(data[:_MAX_FIRST]):
+        return "markers"
     if kind != "amass":
         return kind
     from motiondb.files.readers.array_motion import array_kind
@@ -125,7 +130,7 @@ def read_capture(
         When the file cannot be read; it lists every structural fault with its line.
     """
     path, take = split_take(path)
-    kind = capture_format(path)
+    capture_format(path)
     options = ReadOptions(
         fps,
         unit,
@@ -136,10 +141,10 @@ def read_capture(
         swap_sides=swap_sides,
     )
     options = with_rate_beside(path, options)
-    beside = skeleton_path(path, skeleton)
+    beside, data = skeleton_path(path, skeleton), read_file(path, options)
     return read_capture_bytes(
-        read_file(path, options),
-        kind,
+        data,
+        data_format(data, path),
         path=path,
         skeleton=None if beside is None else SkeletonFile(read_skeleton(beside, options), beside),
         options=options,
@@ -197,6 +202,7 @@ def read_marker_bytes(
     Of a motion of OpenSim: the bodies of its model, or series of its columns.
     """
     from motiondb.files.readers.c3d import c3d_markers
+    from motiondb.files.readers.marker_tables import table_markers
     from motiondb.files.readers.markers import read_tracks
     from motiondb.files.readers.trc import trc_markers
 
@@ -208,7 +214,8 @@ def read_marker_bytes(
 
             tracks = opensim_tracks(data, path, skeleton, options)
         else:
-            file = (c3d_markers if kind == "c3d" else trc_markers)(data, path, options)
+            readers = {"c3d": c3d_markers, "trc": trc_markers, "markers": table_markers}
+            file = readers[kind](data, path, options)
             tracks = read_tracks(file, len(data), path, options)
         check_duration(len(tracks.places), tracks.fps, path)
     return tracks
@@ -236,6 +243,10 @@ def _read_takes(data: bytes, kind: str, path: object, options: ReadOptions) -> d
         from motiondb.files.readers.trc import read_trc_takes
 
         return read_trc_takes(data, path, options)
+    if kind == "markers":
+        from motiondb.files.readers.marker_tables import read_table_takes
+
+        return read_table_takes(data, path, options)
     from motiondb.files.readers.fbx import read_takes
 
     return read_takes(data, path, options)
@@ -248,7 +259,7 @@ def _as_asked(clip: Clip, path: object, options: ReadOptions) -> Clip:
         clip = replace(clip, notes=(*clip.notes, told))
     if options.unit is not None:
         clip = replace(clip, notes=clip.notes + asked_unit_notes(clip))
-    if clip.format in ("c3d", "trc", "movement", "positions"):
+    if clip.format in (*_OF_MARKERS, "movement", "positions"):
         return clip
     names = mirror_joints(clip.skeleton) if options.swap_sides else None
     if names is not None and (names == np.arange(len(names))).all():
@@ -276,7 +287,7 @@ def split_take(path: Path | str) -> tuple[Path, str]:
     """
     text = str(path)
     file, _, take = text.rpartition("#")
-    if FORMATS.get(Path(file).suffix.lower()) in WITH_TAKES and not is_file(text):
+    if Path(file).suffix.lower() in TAKE_ENDINGS and not is_file(text):
         return Path(file), take
     return Path(path), ""
 
@@ -362,14 +373,10 @@ def _read(
         from motiondb.files.readers.array_motion import read_array_motion
 
         return read_array_motion(data, path, skeleton, options)
-    if kind == "c3d":
-        from motiondb.files.readers.c3d import read_c3d
+    if kind in _OF_MARKERS:
+        from motiondb.files.readers.markers import only_performer
 
-        return read_c3d(data, path, options)
-    if kind == "trc":
-        from motiondb.files.readers.trc import read_trc
-
-        return read_trc(data, path, options)
+        return only_performer(_read_takes(data, kind, path, options), path, options)
     if kind == "opensim":
         from motiondb.files.readers.opensim_motion import read_opensim
 

@@ -32,7 +32,7 @@ from motiondb.body import body
 from motiondb.body.world import UPS
 from motiondb.errors import SheetError, suggestion
 from motiondb.files.annotation_sheets import Annotation, read_annotations
-from motiondb.files.folder import CAPTURE_ENDINGS, FORMATS, WITH_TAKES
+from motiondb.files.folder import CAPTURE_ENDINGS, TAKE_ENDINGS
 from motiondb.files.limits import MAX_GIVEN_FPS, MIN_FPS
 from motiondb.files.safe_files import read_bounded
 from motiondb.files.text import MAX_FAULTS, cut, number, quoted
@@ -160,7 +160,7 @@ def capture_name(file: str) -> str:
     'day2#walk'
     """
     before, mark, take = file.strip().rpartition("#")
-    if mark and FORMATS.get(PurePosixPath(before).suffix.lower()) in WITH_TAKES:
+    if mark and PurePosixPath(before).suffix.lower() in TAKE_ENDINGS:
         return f"{capture_name(before)}#{take}"
     path = PurePosixPath(file.strip().replace("\\", "/"))
     return str(path.with_suffix("")) if path.suffix.lower() in CAPTURE_ENDINGS else str(path)

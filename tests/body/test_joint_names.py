@@ -107,6 +107,14 @@ SPELLINGS = {
         RechtsSchulter RechtsOberarm RechtsUnterarm RechtsHand LinksOberschenkel
         LinksUnterschenkel LinksFuss LinksZehen RechtsOberschenkel RechtsUnterschenkel RechtsFuss
         RechtsZehen""",
+    "mocopi": """root torso_1 torso_2 torso_3 torso_4 torso_5 torso_6 torso_7 neck_1 neck_2 head
+        l_shoulder l_up_arm l_low_arm l_hand r_shoulder r_up_arm r_low_arm r_hand l_up_leg l_low_leg
+        l_foot l_toes r_up_leg r_low_leg r_foot r_toes""",
+    "Cascadeur": """pelvis stomach chest neck head clavicle_l arm_l forearm_l hand_l clavicle_r
+        arm_r forearm_r hand_r thigh_l calf_l foot_l toe_l thigh_r calf_r foot_r toe_r""",
+    "VRChat": """Hips Spine Chest Neck Head Left_shoulder Left_arm Left_elbow Left_wrist
+        Right_shoulder Right_arm Right_elbow Right_wrist Left_leg Left_knee Left_ankle Left_toe
+        Right_leg Right_knee Right_ankle Right_toe""",
     "motiondb": " ".join(body.JOINTS),
 }
 

@@ -255,3 +255,17 @@ def test_what_is_no_body_is_refused_and_a_few_broken_frames_are_mended() -> None
     ):
         with pytest.raises(SkeletonError, match=re.escape(text)):
             retarget.motion_from_positions(np.full((5, 21, 3), wrong), 30.0)
+
+
+def test_an_axis_that_a_reader_turned_is_doubted_without_its_name() -> None:
+    """In turned axes "z" is another axis than in the file."""
+    clip = sample_clip("ana/walk_1")
+    turn = rotation.from_euler([90.0], "X")
+    local = clip.local_rotations.copy()
+    local[:, 0] = rotation.multiply(np.broadcast_to(turn, local[:, 0].shape), local[:, 0])
+    root = rotation.rotate(np.broadcast_to(turn, (clip.n_frames, 4)), clip.root_positions)
+    wrong = replace(clip, local_rotations=local, root_positions=root, up="y", format="bvh")
+    (note,) = retarget.solved(wrong)[1].notes
+    assert note == "y is up, as it was said; the body moves as if z were."
+    (note,) = retarget.solved(replace(wrong, format="c3d"))[1].notes
+    assert note.startswith("The body moves as if another axis were up than the file")

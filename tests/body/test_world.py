@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from postures import FPS, POSTURES, in_world, positions, rotations, walk
 
-from motiondb.body import body, kinematics, retarget, rotation, world
+from motiondb.body import body, kinematics, rates, retarget, rotation, world
 from motiondb.records import Clip
 
 HEADINGS = [0, 45, 90, 135, 180, 225, 270, 315]
@@ -66,6 +66,15 @@ def test_a_walk_shows_every_axis() -> None:
     found = world.find_up(in_world(walk(), "z"), FPS, stated="y")
     assert found.up == "y"
     assert found.notes == ("y is up, as it was said; the body moves as if z were.",)
+
+
+@pytest.mark.parametrize("up", world.UPS)
+def test_places_relative_to_the_root_are_upright_and_told(up: str) -> None:
+    """As poses from pictures: the head is stiller than any foot, and stood on the floor."""
+    points = in_world(walk() - walk()[:, :1], up)
+    found = world.find_up(points, FPS)
+    assert found.up == up
+    assert not found.is_sure
 
 
 @pytest.mark.parametrize("up", world.UPS)
@@ -178,6 +187,26 @@ def test_exchanged_toes_are_told() -> None:
     assert world.side_notes(points, False) == ()
 
 
+@pytest.mark.parametrize("degrees", [20.0, 60.0])
+def test_knees_that_bend_backwards_are_told(degrees: float) -> None:
+    """As where a model has the other sign; a knee that only swings so is not believed to."""
+    turns = rotations("stand", 90)
+    for side, sign in (("l", 1.0), ("r", -1.0)):
+        angles = np.zeros((90, 3))
+        angles[:, 0] = degrees * (1.0 + sign * np.sin(np.arange(90) / 5.0)) / 2.0
+        turns[:, body.INDEX[f"{side}_knee"]] = rotation.from_euler(angles, "XYZ")
+    back = turns.copy()
+    for side in "lr":
+        knee = body.INDEX[f"{side}_knee"]
+        back[:, knee] = rotation.conjugate(turns[:, knee])
+    root = np.tile([0.0, 0.9, 0.0], (90, 1))
+    for rotated, is_told in ((turns, False), (back, True)):
+        points, _ = kinematics.forward(body.PARENTS, body.OFFSETS, rotated, root)
+        notes = world.side_notes(points, True)
+        assert any("knees bend backwards though toes" in note for note in notes) == is_told
+        assert is_told or notes == ()
+
+
 def test_a_mirrored_world_is_told_where_legs_are_straight() -> None:
     points = walk()
     for side in "lr":
@@ -262,6 +291,8 @@ def test_hips_that_rest_while_feet_swing_are_told() -> None:
     pinned = points - 0.99 * points[:, :1]
     (note,) = world.travel_notes(pinned, FPS, leg)
     assert note.endswith("another unit than the bones. Export the capture again with one unit.")
+    (note,) = world.travel_notes(walk() - walk()[:, :1], FPS, leg)
+    assert "stay where they are while both feet swing" in note
     turns = rotations("chair", 90)
     swing = 40.0 * np.sin(np.arange(90) / 5.0)
     for side, way in (("l", 1.0), ("r", -1.0)):
@@ -327,13 +358,13 @@ RATES = [
 
 @pytest.mark.parametrize(("written", "fps", "is_told"), RATES)
 def test_the_rate_that_a_frame_time_means(written: str, fps: float, is_told: bool) -> None:
-    found, notes = world.find_rate(float(written), written)
+    found, notes = rates.find_rate(float(written), written)
     assert found == pytest.approx(fps, rel=1e-9 if fps != 58.6 else 1e-4)
     assert bool(notes) == is_told
 
 
 def test_an_unusual_rate_of_few_digits_names_the_usual_ones_beside_it() -> None:
-    assert world.find_rate(0.0084, "0.0084")[1] == (
+    assert rates.find_rate(0.0084, "0.0084")[1] == (
         "The frame time 0.0084 is that of no usual rate: 119 frames a second are taken; the "
         "nearest usual rates are 120 and 100. Give the right one (--fps) if this is wrong.",
     )
@@ -341,8 +372,8 @@ def test_an_unusual_rate_of_few_digits_names_the_usual_ones_beside_it() -> None:
 
 def test_whole_rates_come_back_from_every_number_of_digits() -> None:
     for fps in (24, 25, 30, 50, 60, 90, 100, 120, 240, 17, 85, 333):
-        assert world.find_rate(1.0 / fps)[0] == fps
+        assert rates.find_rate(1.0 / fps)[0] == fps
         for digits in range(6, 12):
             assert (
-                world.find_rate(float(f"{1 / fps:.{digits}f}"), f"{1 / fps:.{digits}f}")[0] == fps
+                rates.find_rate(float(f"{1 / fps:.{digits}f}"), f"{1 / fps:.{digits}f}")[0] == fps
             )

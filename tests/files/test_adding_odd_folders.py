@@ -163,6 +163,10 @@ def test_what_is_not_read_is_named(tmp_path: Path, folder: Path) -> None:
     with pytest.raises(MotionDBError) as caught:
         add(folder, tmp_path)
     assert "found none." in str(caught.value)
+    assert "sheet.csv" not in str(caught.value)
+    (folder / "sheet.csv").write_text("a;b\n1;2\n")
+    with pytest.raises(MotionDBError, match=r"sheet\.csv: no motion by which a capture is known"):
+        add(folder, tmp_path)
     assert "a.mvnx and 1 more: .mvnx (Xsens XML) is not read; export as BVH." in str(caught.value)
 
 

@@ -67,6 +67,7 @@ def test_formats() -> None:
         "movement",
         "positions",
         "robot",
+        "markers",
         "robot",
         "opensim",
         "opensim",
@@ -75,7 +76,7 @@ def test_formats() -> None:
         capture_format("walk.htr")
     assert str(caught.value) == (
         "walk.htr: expected a capture (.bvh, .amc, .txt, .json, .npz, .c3d, .fbx, .trc, .nc, "
-        ".npy, .csv, .pkl, .mot, .sto), found ending '.htr' (Motion Analysis HTR). "
+        ".npy, .csv, .tsv, .pkl, .mot, .sto), found ending '.htr' (Motion Analysis HTR). "
         "Rename or convert it."
     )
 

@@ -551,7 +551,7 @@ def _files(folder: Path, within: Path | None) -> list[Path]:
         return [folder]
     found = files.find_captures(folder, within)
     if not found:
-        others = "".join(f"\n{sentence}." for sentence in files.not_read(folder))
+        others = "".join(f"\n{sentence}." for sentence in files.no_captures(folder))
         raise MotionDBError(
             f"{folder}: expected captures ({', '.join(files.CAPTURE_ENDINGS)}), found none."
             + others

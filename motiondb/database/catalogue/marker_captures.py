@@ -44,7 +44,7 @@ def kept_markers(
     standing = Motion(rotations, root)
     root[:, 1] -= retarget.ground_height(retarget.motion_positions(standing)[0])
     why, _, mend = error.faults[0][1].partition("found ")[2].rstrip(".").partition(". ")
-    if kind in ("c3d", "trc"):
+    if kind in ("c3d", "trc", "markers"):
         mend = "rename them to those of a whole body for that"
     told = (
         f"Kept as {tracks.what}, without the motion of a body: {why}. They are found by words and "

@@ -39,7 +39,13 @@ from motiondb.body import body, kinematics, rotation, world
 from motiondb.body.joint_names import joint_map
 from motiondb.errors import CaptureError
 from motiondb.files.limits import AS_USUAL, ReadOptions, check_clip_size, check_rate
-from motiondb.files.readers.array_files import RATES, Arrays, frames_left_out, load_npz
+from motiondb.files.readers.array_files import (
+    RATES,
+    Arrays,
+    as_numbers,
+    frames_left_out,
+    load_npz,
+)
 from motiondb.files.text import quoted
 from motiondb.records import BoolArray, Clip, FloatArray, Skeleton
 
@@ -217,7 +223,7 @@ def _frame_rate(
     rates: dict[str, float] = {}
     for name in RATES:
         if name in arrays:
-            values = _array(arrays, name, names, path)
+            values = _array({name: as_numbers(arrays[name])}, name, names, path)
             if np.unique(values).size != 1:
                 raise CaptureError(
                     path,

@@ -6,6 +6,10 @@ compressed zeros can unpack to gigabytes. Arrays of objects are refused.
 pkl: Python's own unpickler may call anything. This one makes dictionaries, lists, tuples, numbers,
 texts and NumPy arrays of numbers and texts, and refuses everything else by its name. NumPy's own
 way of restoring an array is not used either, since it believes the state that the file gives.
+Files of joblib are pickles, whole or compressed, in which the bytes of an array stand behind what
+tells its type; an npy of a dictionary has a pickle behind its header.
+
+Source: joblib, ``numpy_pickle.py`` (BSD), for where the bytes stand.
 """
 
 from __future__ import annotations
@@ -17,6 +21,7 @@ import re
 import struct
 import warnings
 import zipfile
+import zlib
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar
 
@@ -28,7 +33,10 @@ from motiondb.errors import CaptureError
 from motiondb.files.text import quoted
 from motiondb.records import BoolArray
 
-RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "framerate", "frame_rate", "frequency")
+RATES = (
+    *("mocap_framerate", "mocap_frame_rate", "fps", "framerate", "frame_rate", "frequency"),
+    *("mocap_fps", "motion_fps", "sample_rate", "sampling_rate"),
+)
 """Names of the frame rate."""
 _UNPACKED, _RATIO = 256_000_000, 20
 """Bytes to which the arrays of a file may unpack, or this multiple of the file's size if that is
@@ -73,16 +81,15 @@ def npz_names(data: bytes, path: object) -> tuple[str, ...]:
         raise CaptureError(path, _NO_NPZ) from error
 
 
-def load_npy(data: bytes, path: object) -> NDArray[np.generic]:
-    """Return the array of an npy file."""
+def load_npy(data: bytes, path: object) -> Arrays:
+    """Return the array of an npy file as "positions", or those of the dictionary in one."""
     try:
-        shape, dtype = _header(io.BytesIO(data))
+        file = io.BytesIO(data)
+        shape, dtype = _header(file)
         if dtype.hasobject:
-            raise CaptureError(
-                path, "expected an array of numbers, found objects. Save the array alone."
-            )
+            return load_pickle(data[file.tell() :], path)
         _check_header(shape, dtype, len(data))
-        return _values(io.BytesIO(data))
+        return {"positions": _values(io.BytesIO(data))}
     except CaptureError:
         raise
     except Exception as error:
@@ -96,6 +103,18 @@ def texts_of(array: NDArray[np.generic]) -> tuple[str, ...]:
     return tuple(
         text.decode("utf-8", "replace") if isinstance(text, bytes) else str(text) for text in array
     )
+
+
+def as_numbers(array: NDArray[np.generic]) -> NDArray[np.generic]:
+    """Return an array of texts that are numbers, as some programs save a rate, as numbers.
+
+    >>> as_numbers(np.array(["30"])), as_numbers(np.array(b"29.97")), as_numbers(np.array("x"))
+    (array([30.]), array(29.97), array('x', dtype='<U1'))
+    """
+    try:
+        return array.astype(float) if array.dtype.kind in "US" else array
+    except ValueError:
+        return array
 
 
 def frames_left_out(
@@ -114,13 +133,34 @@ def frames_left_out(
     return (f"Left out {count} bad frames; the first is {first}.",)
 
 
-def npy_shape(start: bytes) -> tuple[int, ...]:
-    """Return the shape that the start of an npy file tells; () for other files."""
+def npy_shape(start: bytes) -> tuple[int, ...] | None:
+    """Return the shape that the start of an npy file tells; () for other files, None for objects.
+
+    Objects may be a dictionary of arrays.
+    """
     try:
         shape, dtype = _header(io.BytesIO(start))
     except Exception:
         return ()
-    return shape if dtype.kind in "iuf" else ()
+    return None if dtype.hasobject else shape if dtype.kind in "iuf" else ()
+
+
+def inflated(data: bytes, path: object = "") -> bytes:
+    """Return a file that zlib or gzip compressed as it was, or its beginning if it is cut.
+
+    >>> inflated(zlib.compress(b"abc")), inflated(b"abc")
+    (b'abc', b'abc')
+    """
+    if data[:2] not in (b"\x78\x01", b"\x78\x5e", b"\x78\x9c", b"\x78\xda", b"\x1f\x8b"):
+        return data
+    reader, most = zlib.decompressobj(wbits=47), max(_UNPACKED, _RATIO * len(data))
+    try:
+        whole = reader.decompress(data, most + 1)
+    except zlib.error:
+        return data
+    if path:
+        _check_unpacked(len(whole), len(data), path)
+    return whole
 
 
 def _check_unpacked(unpacked: int, packed: int, path: object) -> None:
@@ -168,7 +208,7 @@ class _Type:
     def __init__(self, code: object) -> None:
         self.code = code.decode() if isinstance(code, bytes) else str(code)
         self.order = "="
-        if not re.fullmatch(r"[<>=|]?([biufc?]\d{0,2}|[SU]\d{1,4})", self.code):
+        if not re.fullmatch(r"[<>=|]?([biufc?]\d{0,2}|[SU]\d{1,4}|O8?)", self.code):
             raise pickle.UnpicklingError(f"an array of type {self.code[:40]!r}")
 
     def restore(self, state: Any) -> None:  # noqa: ANN401  from a file
@@ -179,16 +219,34 @@ class _Type:
 
 
 class _Array:
-    """An array while it is read."""
+    """An array while it is read; one of objects is a list, or the only one of them."""
 
     __slots__ = ("value",)
 
     def __init__(self) -> None:
-        self.value: NDArray[np.generic] = np.zeros(0)
+        self.value: Any = np.zeros(0)
 
     def restore(self, state: Any) -> None:  # noqa: ANN401  from a file
         _, shape, dtype, is_fortran, content = state
-        self.value = _from_bytes(content, dtype, shape, "F" if is_fortran else "C")
+        if isinstance(content, list):
+            self.value = content[0] if shape == () and len(content) == 1 else content
+        else:
+            self.value = _from_bytes(content, dtype, shape, "F" if is_fortran else "C")
+
+
+class _Behind(_Array):
+    """An array of joblib, whose bytes stand behind its type."""
+
+    __slots__ = ()
+
+    def read(self, state: Any, read: Callable[[int], bytes], most: int) -> None:  # noqa: ANN401
+        if state.get("numpy_array_alignment_bytes") is not None:
+            read(read(1)[0])
+        dtype, shape = state["dtype"], tuple(int(n) for n in state["shape"])
+        size = math.prod(shape) * dtype.dtype().itemsize
+        if not 0 <= size <= most:
+            raise EOFError
+        self.value = _from_bytes(read(size) if size else b"", dtype, shape, state["order"])
 
 
 def _from_bytes(content: Any, dtype: Any, shape: Any, order: Any = "C") -> NDArray[np.generic]:  # noqa: ANN401
@@ -221,6 +279,7 @@ _MADE: dict[str, Callable[..., Any]] = {
     **{f"{core}.multiarray.scalar": _scalar for core in _CORE},
     **{f"{core}.numeric._frombuffer": _from_bytes for core in _CORE},
     "numpy.ndarray": lambda *_: _Array(),
+    "joblib.numpy_pickle.NumpyArrayWrapper": lambda *_: _Behind(),
     "numpy.dtype": lambda code, *_: _Type(code),
     "_codecs.encode": lambda text, *_: str(text).encode("latin-1"),
     "collections.OrderedDict": lambda pairs=(): dict(pairs),
@@ -250,11 +309,20 @@ class _PlainUnpickler(_InPython):
             raise pickle.UnpicklingError(f"{module}.{name}")
         return _Maker(made)
 
+    def new(self) -> None:
+        args, made = self.stack.pop(), self.stack.pop()
+        if not isinstance(made, _Maker) or args != ():
+            raise pickle.UnpicklingError("an object")
+        self.append(made())
+
     def restore(self) -> None:
-        state = self.stack.pop()
-        if not isinstance(self.stack[-1], _Array | _Type):
+        state, made = self.stack.pop(), self.stack[-1]
+        if isinstance(made, _Behind):
+            made.read(state, self.read, self.n_bytes)
+        elif isinstance(made, _Array | _Type):
+            made.restore(state)
+        else:
             raise pickle.UnpicklingError("an object with a state")
-        self.stack[-1].restore(state)
 
     def bytearray_of(self) -> None:
         (length,) = struct.unpack("<Q", self.read(8))
@@ -264,7 +332,8 @@ class _PlainUnpickler(_InPython):
 
     dispatch[pickle.BUILD[0]] = restore
     dispatch[pickle.BYTEARRAY8[0]] = bytearray_of
-    for _code in (pickle.INST, pickle.OBJ, pickle.NEWOBJ, pickle.NEWOBJ_EX, pickle.EXT1):
+    dispatch[pickle.NEWOBJ[0]] = new
+    for _code in (pickle.INST, pickle.OBJ, pickle.NEWOBJ_EX, pickle.EXT1):
         dispatch.pop(_code[0])
     for _code in (pickle.EXT2, pickle.EXT4, pickle.PERSID, pickle.BINPERSID, pickle.NEXT_BUFFER):
         dispatch.pop(_code[0])
@@ -274,6 +343,8 @@ def load_pickle(data: bytes, path: object) -> Arrays:
     """Return the arrays, numbers and lists of texts in the dictionary of a pickle."""
     try:
         found = _PlainUnpickler(data).load()
+        if isinstance(found, _Array):
+            found = found.value
     except pickle.UnpicklingError as error:
         raise CaptureError(
             path,
@@ -301,14 +372,15 @@ def load_pickle(data: bytes, path: object) -> Arrays:
             path, f"expected one motion, found {len(found)}. Save each in a file of its own."
         )
     budget = [len(data)]
-    values = {str(k)[:100]: _plain(v, budget, path) for k, v in found.items() if v is not None}
+    names = {k: k.decode("latin-1") if isinstance(k, bytes) else str(k) for k in found}  # Python 2
+    values = {names[k][:100]: _plain(v, budget, path) for k, v in found.items() if v is not None}
     return {name: value for name, value in values.items() if value is not None}
 
 
 def _plain(value: object, budget: list[int], path: object) -> NDArray[np.generic] | None:
     """Return a value as an array; None for what is none, such as a dictionary."""
     if isinstance(value, _Array):
-        return value.value
+        value = value.value
     if isinstance(value, np.ndarray | np.generic):
         return np.asarray(value)
     if isinstance(value, bool | int | float | str):

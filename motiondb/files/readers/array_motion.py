@@ -2,7 +2,8 @@
 
 Tables (CSV) with the motion of a robot have names of columns in any order, or none.
 Without names: root x y z, quaternion x y z w, joints; a number or time of the frame may stand
-before. Names with angles of the root in place of a quaternion are those of BONES-SEED.
+before. Names with angles of the root in place of a quaternion are those of BONES-SEED where places
+are called translations.
 
 Source: https://huggingface.co/datasets/unitreerobotics/LAFAN1_Retargeting_Dataset;
 https://github.com/NVIDIA/soma-retargeter (robot CSV).
@@ -11,15 +12,14 @@ https://github.com/NVIDIA/soma-retargeter (robot CSV).
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 
 from motiondb.body import rotation
-from motiondb.body.world import find_rate
+from motiondb.body.rates import rate_of_times
 from motiondb.errors import CaptureError
 from motiondb.files.limits import ReadOptions, SkeletonFile
 from motiondb.files.readers import point_motion, robot_motion
@@ -27,18 +27,26 @@ from motiondb.files.readers.amass import is_amass, read_amass, read_poses
 from motiondb.files.readers.array_files import (
     RATES,
     Arrays,
+    inflated,
     load_npy,
     load_npz,
     load_pickle,
     npz_names,
 )
-from motiondb.files.readers.first_bytes import ROBOT_KEYS, cells, column, is_model, is_number
+from motiondb.files.readers.first_bytes import (
+    ROBOT_KEYS,
+    TIMES,
+    cells,
+    column,
+    is_model,
+    is_number,
+)
 from motiondb.files.readers.robot_model import read_robot
 from motiondb.files.readers.robot_motion import RobotFile
 from motiondb.files.text import clean_bytes, decode, quoted
 from motiondb.records import Clip, FloatArray
 
-_KEYS = (*RATES, *ROBOT_KEYS, *point_motion.KEYS, "quaternion_order")
+_KEYS = (*RATES, *TIMES, *ROBOT_KEYS, *point_motion.KEYS, "quaternion_order")
 
 
 def array_kind(data: bytes, kind: str) -> str:
@@ -64,26 +72,25 @@ def read_array_motion(
             path, "expected a table as text, found a zip file (a workbook?). Export it as CSV."
         )
     if start == b"\x93NUMPY":
-        return _points({"positions": load_npy(data, path)}, path, skeleton, options, len(data))
-    if start[:4] == b"PK\x03\x04" or Path(path).suffix.lower() == ".npz":
+        arrays = load_npy(data, path)
+    elif start[:4] == b"PK\x03\x04" or Path(path).suffix.lower() == ".npz":
         names = npz_names(data, path)
         if is_amass(names):
             return read_amass(data, path, options)
         _check_known(names, path)
         arrays = load_npz(data, path, _KEYS)[0]
-    elif start[:1] == b"\x80":
-        arrays = load_pickle(data, path)
-        if is_amass(tuple(arrays)):
-            return read_poses(arrays, tuple(arrays), path, options, len(data))
-        _check_known(tuple(arrays), path)
     elif Path(path).suffix.lower() == ".pkl":
-        raise CaptureError(
-            path,
-            "expected a pickle of plain arrays, found a compressed or another file (joblib?). Save "
-            "the arrays as npz.",
-        )
+        if (whole := inflated(data, path))[:1] != b"\x80":
+            raise CaptureError(
+                path,
+                "expected a pickle of plain arrays, found another file. Save the arrays as npz.",
+            )
+        arrays = load_pickle(whole, path)
     else:
         return _robot(from_csv(data, path), path, skeleton, options, len(data))
+    if is_amass(tuple(arrays)):
+        return read_poses(arrays, tuple(arrays), path, options, len(data))
+    _check_known(tuple(arrays), path)
     if robot_motion.is_robot(tuple(arrays)):
         said = robot_motion.from_arrays(arrays, path)
         arrays.clear()
@@ -132,12 +139,11 @@ def _points(
 
 
 _SEED_FPS = 120.0
-_SECONDS: Mapping[str, float] = MappingProxyType({"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9})
-_LEAST_MS = 4.0  # A step of times without a unit above this is milliseconds: 250 frames a second
 _AS_SEED = (
     "The root has angles in place of a quaternion; the file is read as those of BONES-SEED: "
     "centimetres, degrees, turns about x, y and z of the world, 120 a second without times."
 )
+_MOST_RADIANS = 4.0 * np.pi  # Of a root that turns twice: above, angles are degrees
 
 
 def from_csv(data: bytes, path: object) -> RobotFile:
@@ -158,6 +164,13 @@ def from_csv(data: bytes, path: object) -> RobotFile:
             faults.append((number, f"expected {len(head)} numbers, found {count}. Mend the row."))
         else:
             table[at] = [float(cell) for cell in row]
+    if len(faults) > len(body) / 2:
+        raise CaptureError(
+            path,
+            f"expected a table of a robot's motion, or of markers (Motive, Vicon), found "
+            f"{len(head)} cells in its first row, and others in {len(faults)} of {len(body)}. Is "
+            "it a capture?",
+        )
     if faults:
         raise CaptureError(path, faults[:20])
     if not len(table):
@@ -175,7 +188,7 @@ def from_csv(data: bytes, path: object) -> RobotFile:
             table[:, low + 3 : low + 7],
             table[:, low + 7 :],
         )
-        fps = _rate_of(table[:, 0]) if low else None
+        fps = rate_of_times(table[:, 0]) if low else None
         return RobotFile(values, (), root, turns, "xyzw", fps=fps, is_table=True)
     return _named_columns(table, names, path)
 
@@ -188,13 +201,6 @@ def _numbered(table: FloatArray) -> int:
     steps = np.diff(table[:, 0])
     even = steps.min() > 0 and np.ptp(steps) < 0.1 * steps.mean()
     return int(even and apart[1] < 0.01 < apart[0])
-
-
-def _rate_of(times: FloatArray, unit: str = "") -> float | None:
-    """Return the frames per second of times, in s or ms without a unit; None for numbers."""
-    step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
-    step *= _SECONDS[unit or ("ms" if step >= _LEAST_MS else "s")]
-    return find_rate(step)[0] if 1e-4 < step < 1.0 else None
 
 
 def _named_columns(table: FloatArray, names: tuple[str, ...], path: object) -> RobotFile:
@@ -215,15 +221,23 @@ def _named_columns(table: FloatArray, names: tuple[str, ...], path: object) -> R
             f"found {', '.join(quoted(n, 30) for n in names[:12])}. Name them root_x and root_qx.",
         )
     times = [(table[:, n], unit) for n, (kind, unit) in enumerate(kinds) if kind == "time"]
-    places = table[:, [root[axis] for axis in "xyz"]]
+    places, values = table[:, [root[axis] for axis in "xyz"]], table[:, joints]
     turns = table[:, [turn[axis] for axis in ("zyx" if is_euler else "wxyz")]]
-    fps = _rate_of(*times[0]) if times else None
+    fps = rate_of_times(*times[0]) if times else None
     notes: tuple[str, ...] = ()
-    if is_euler:
-        turns, places = rotation.from_euler(turns, "ZYX"), places * 0.01
+    if is_euler and any("translate" in name.lower() for name in names):
+        turns, places, values = rotation.from_euler(turns, "ZYX"), places * 0.01, np.deg2rad(values)
         fps, notes = fps or _SEED_FPS, (_AS_SEED,)
+    elif is_euler:
+        turns, values, unit = _of_angles(turns, values)
+        notes = (
+            "The root has angles in place of a quaternion; they are taken as roll about x, pitch "
+            f"about y and yaw about z, in {unit}, and places in metres (--unit).",
+        )
+    if changes := [name for name, (kind, _) in zip(names, kinds) if kind == "change"]:
+        notes += (f"Left out {len(changes)} columns of velocities or forces: {changes[0]}, ...",)
     return RobotFile(
-        np.deg2rad(table[:, joints]) if is_euler else table[:, joints],
+        values,
         tuple(names[n] for n in joints),
         places,
         turns,
@@ -233,3 +247,11 @@ def _named_columns(table: FloatArray, names: tuple[str, ...], path: object) -> R
         fps=fps,
         notes=notes,
     )
+
+
+def _of_angles(turns: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, str]:
+    """Return quaternions of yaw, pitch and roll, values of joints in radians, and the unit."""
+    reach = max(float(np.abs(turns).max()), float(np.abs(values).max(initial=0.0)))
+    if reach > _MOST_RADIANS:
+        return rotation.from_euler(turns, "ZYX"), np.deg2rad(values), "degrees"
+    return rotation.from_euler(np.rad2deg(turns), "ZYX"), values, "radians"

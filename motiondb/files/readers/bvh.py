@@ -2,7 +2,7 @@
 
 What is kept: names, hierarchy, offsets, end sites, channel order, every frame. What is normalised:
 Euler angles become quaternions, lengths become metres (``Clip.unit`` remembers the file's unit),
-a frame time becomes the usual rate that is written so (:func:`motiondb.body.world.find_rate`).
+a frame time becomes the usual rate that is written so (:func:`motiondb.body.rates.find_rate`).
 What a file has beside a body is left out with a note: scale channels of 1, a second root that is no
 person, one more number in each frame.
 
@@ -29,7 +29,8 @@ import numpy as np
 
 from motiondb.body import rotation
 from motiondb.body.joint_names import REQUIRED, is_person
-from motiondb.body.world import find_rate, find_unit
+from motiondb.body.rates import find_rate
+from motiondb.body.world import find_unit
 from motiondb.errors import CaptureError
 from motiondb.files.limits import AS_USUAL, MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
 from motiondb.files.text import (

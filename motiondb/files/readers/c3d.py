@@ -34,7 +34,8 @@ from numpy.typing import NDArray
 
 from motiondb.errors import CaptureError
 from motiondb.files.limits import AS_USUAL, ReadOptions
-from motiondb.files.readers.markers import MarkerFile, only_performer, read_markers
+from motiondb.files.readers.marker_gaps import is_place
+from motiondb.files.readers.markers import MarkerFile, read_markers
 from motiondb.records import LARGEST, MOTION_FPS, Clip, Event, FloatArray
 
 
@@ -81,11 +82,6 @@ def c3d_events(data: bytes, path: object, fps: float, take: str = "") -> list[Ev
     return found
 
 
-def read_c3d(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
-    """Read the clip in the bytes of a C3D file."""
-    return only_performer(read_c3d_takes(data, path, options), path, options)
-
-
 BLOCK = 512
 _INTEL, _DEC, _MIPS = 84, 85, 86  # Byte 4 of the parameters
 _TEXT, _FLOAT = -1, 4  # Types of parameters; 1 and 2 are integers of so many bytes
@@ -123,8 +119,8 @@ class C3DFile:
     def track(self, point: int) -> FloatArray:
         """Places (frames, 3) of a point in the file's axes and units, NaN where it was not seen.
 
-        Not seen is a point with a negative residual, without numbers, or at exactly (0, 0, 0), as
-        many programs write it.
+        Not seen is a point with a negative residual, without numbers, or with one number three
+        times, such as 0 or 9999.99, as many programs write it.
         """
         size = 8 if self._scale else 16
         part = np.ascontiguousarray(self._frames[:, size * point : size * (point + 1)])
@@ -135,8 +131,7 @@ class C3DFile:
             values = _floats(part.tobytes(), self._machine).reshape(-1, 4)
             places = values[:, :3]
         with np.errstate(invalid="ignore"):
-            is_seen = (np.abs(places) < LARGEST).all(axis=1) & places.any(axis=1)
-            is_seen &= ~(values[:, 3] < 0)
+            is_seen = is_place(places) & ~(values[:, 3] < 0)
         return np.where(is_seen[:, None], places, np.nan)
 
 

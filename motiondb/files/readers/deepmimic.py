@@ -18,7 +18,7 @@ from types import MappingProxyType
 import numpy as np
 
 from motiondb.body import rotation
-from motiondb.body.world import find_rate
+from motiondb.body.rates import find_rate
 from motiondb.errors import CaptureError
 from motiondb.files.json_text import JSONError, parse_json
 from motiondb.files.limits import AS_USUAL, MAX_FPS, MIN_FPS, ReadOptions, check_clip_size
@@ -129,6 +129,12 @@ def _number(text: str) -> float:
 
 def _read_table(frames: list[object]) -> tuple[FloatArray, Faults]:
     """Return a table (frames, 44) of the good frames, and the faults of the others."""
+    widths = {len(frame) if isinstance(frame, list) else -1 for frame in frames}
+    if len(widths) == 1 and (width := widths.pop()) not in (-1, _WIDTH):
+        found = f"expected {_WIDTH} numbers a frame, as DeepMimic's humanoid has, found {width} in "
+        return np.zeros((0, _WIDTH)), [
+            (None, f"{found}all: the motion of another body. Export it in another format.")
+        ]
     rows: list[list[float]] = []
     faults: Faults = []
     for place, frame in enumerate(frames):

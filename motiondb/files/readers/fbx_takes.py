@@ -25,7 +25,8 @@ import numpy as np
 from motiondb.body import rotation
 from motiondb.body.joint_names import is_person
 from motiondb.body.kinematics import to_local
-from motiondb.body.world import TYPICAL_LEG, body_size, checked_unit, find_rate, find_unit
+from motiondb.body.rates import find_rate
+from motiondb.body.world import TYPICAL_LEG, body_size, checked_unit, find_unit
 from motiondb.errors import CaptureError, suggestion
 from motiondb.files.limits import MIN_FPS, ReadOptions, check_clip_size, check_rate
 from motiondb.files.text import distinct, plain, quoted, take_name

@@ -18,6 +18,13 @@ _ROOT_COLUMN = re.compile(
     r"^(root|base|pelvis|torso|floating_?base)?[_ .]?(joint)?[_ .]?(pos|position|translate|trans|"
     r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?([qt]?[xyzw])$"
 )
+_ROOT_ANGLE = re.compile(
+    r"^(?:(?:root|base|floating_?base)[_ .]?(?:rot|rpy|euler)?[_ .]?)?(roll|pitch|yaw)$"
+)
+_CHANGE = re.compile(
+    r"[_ ./](vel|velocity|dq|qd|qvel|acc|acceleration|tau|torque|effort|force)([_ ./][xyz])?$"
+    r"|^(root|base)[_ .]?(v|w|omega|lin_?vel|ang_?vel)[_ .]?[xyz]$"
+)  # Columns of what is no pose
 
 ROOT_COLUMNS = ("root_x", "root_y", "root_z", "root_qx", "root_qy", "root_qz", "root_qw")
 """Of the tables that `export --onto` writes, before those of the joints."""
@@ -27,19 +34,20 @@ JOINTS = (
 )
 ROOTS = (
     *("root_pos", "root_trans", "root_trans_offset", "root_positions", "base_pos", "root_pos_w"),
-    *("base_position", "root_position", "root_translation", "base_trans"),
+    *("base_position", "root_position", "root_translation", "base_trans", "base_pos_w"),
 )
 TURNS: Mapping[str, str] = MappingProxyType(
     {"root_rot": "xyzw", "root_quat": "", "root_rotation": "", "base_quat": ""}
     | {"root_quat_w": "wxyz", "root_orientation": "", "base_rot": "", "base_orientation": ""}
-    | {"root_rotations": "", "root_ori": "", "base_quat_w": "wxyz"}
+    | {"root_rotations": "", "root_ori": "", "base_quat_w": "wxyz", "root_quaternion": ""}
     | {f"{of}_quat_{order}": order for of in ("root", "base") for order in ("wxyz", "xyzw")}
 )  # Name -> order of the quaternion by its format; "" where none says it
 PLACES = ("body_pos_w", "body_positions", "xpos")
 BODY_TURNS = ("body_quat_w", "body_rotations", "xquat")
-JOINT_NAMES = ("joint_names", "dof_names")
+JOINT_NAMES = ("joint_names", "dof_names", "joints_list")
 BODY_NAMES = ("body_names", "link_names", "link_body_list")
 WHOLES = ("qpos", "q")
+TIMES = ("time", "times", "timestamps", "timestamp", "t")
 ROBOT_KEYS = (
     *JOINTS,
     *ROOTS,
@@ -90,6 +98,18 @@ def is_motion_pickle(start: bytes) -> bool:
     return _MOTION_ARRAY.search(start) is not None
 
 
+def is_marker_table(start: bytes) -> bool:
+    """Say whether the start of a table is that of Motive, Vicon or Qualisys.
+
+    >>> is_marker_table(b"Format Version,1.23,Take Name,a"), is_marker_table(b"file,words")
+    (True, False)
+    """
+    text = start.removeprefix(b"\xef\xbb\xbf").lstrip()
+    return _TABLE.match(text) is not None and (
+        not text.startswith((b"FILE_V", b"NO_OF")) or b"MARKER_NAMES" in text
+    )
+
+
 def is_robot_csv(start: bytes) -> bool:
     """Say whether the start of a CSV file is that of a motion: numbers, or names of joints."""
     lines = [line for line in start.decode("latin-1").splitlines() if line.strip()]
@@ -132,12 +152,14 @@ def is_number(cell: str) -> bool:
 
 
 def column(name: str) -> tuple[str, str]:
-    """Return what a column holds ("root", "turn", "time", "frame" or "joint"), and which axis.
+    """Return what a column holds ("root", "turn", "time", "frame", "joint" or "change"); its axis.
 
     Of times it says the unit: "s", "ms", "us", "ns", or "" where the name has none.
 
     >>> column("root_pos_x"), column("root_qw"), column("left_knee_joint"), column("root_rot_x")
     (('root', 'x'), ('turn', 'w'), ('joint', ''), ('turn', 'x'))
+    >>> column("base_yaw"), column("left_knee_vel"), column("torso_yaw")
+    (('turn', 'z'), ('change', ''), ('joint', ''))
     >>> column("time [ms]"), column("t_us"), column("timestamp_s"), column("times")
     (('time', 'ms'), ('time', 'us'), ('time', 's'), ('time', ''))
     """
@@ -146,6 +168,10 @@ def column(name: str) -> tuple[str, str]:
         return "time", _UNITS.get(times["unit"], "")
     if _FRAME.match(text):
         return "frame", ""
+    if angle := _ROOT_ANGLE.match(text):
+        return "turn", "xyz"[("roll", "pitch", "yaw").index(angle[1])]
+    if _CHANGE.search(text):
+        return "change", ""
     found = _ROOT_COLUMN.match(text)
     if found is None:
         return "joint", ""
@@ -155,6 +181,10 @@ def column(name: str) -> tuple[str, str]:
     return ("turn" if turned else "root"), axis
 
 
+_TABLE = re.compile(
+    rb"Format Version,|(FILE_VERSION|NO_OF_FRAMES)\t"
+    rb"|(Trajectories|Devices|Model Outputs|Segments|Joints),*\s*\n\s*[0-9.]+,*\s*\n"
+)  # How tables of markers begin
 _OTHERS = (
     ("quaternion", "orientations of sensors; compute joint angles with OpenSense (IK)"),
     ("vec3", "vectors; export places of markers as TRC"),
@@ -210,6 +240,8 @@ def other_kind(header: Mapping[str, str], names: tuple[str, ...]) -> str:
     for word, what in _OTHERS:
         if word in re.split(r"[^a-z0-9]+", said):
             return what
+    if any(name.endswith("_Ox") for name in names):
+        return "places and angles of bodies (BodyKinematics); give values of coordinates (_q)"
     forces = [name for name in names if _FORCE.search(name)]
     values = [name for name in names if name.endswith("/value")]
     if 2 * len(forces) > len(names) and not values:

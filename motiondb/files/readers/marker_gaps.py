@@ -16,7 +16,7 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from motiondb.body import rotation
-from motiondb.records import BoolArray, FloatArray
+from motiondb.records import LARGEST, BoolArray, FloatArray
 
 LONGEST_GAP = 0.5
 """Longest gap of a marker that is filled along a line, seconds. Over half a second a limb can swing
@@ -148,6 +148,19 @@ def longest_gap(track: FloatArray) -> int:
 def gaps_of(names: Sequence[str], seconds: Mapping[str, float]) -> str:
     """Write names of markers with the seconds that they are lost for."""
     return ", ".join(f"{name} ({seconds[name]:.1f} s)" for name in sorted(names))
+
+
+def is_place(numbers: FloatArray) -> BoolArray:
+    """Say which x, y, z (..., 3) can be a place: not infinite, and not one number three times.
+
+    Programs write markers that they lost as zeros, 9999.99 or -9999.
+
+    >>> is_place(np.array([[0.0, 0, 0], [9999.99] * 3, [np.nan] * 3, [1, 0, 0], [1e10, 0, 1]]))
+    array([False, False, False,  True, False])
+    """
+    with np.errstate(invalid="ignore"):
+        inside = np.asarray((np.abs(numbers) < LARGEST).all(axis=-1))
+        return inside & np.asarray((numbers != numbers[..., :1]).any(axis=-1))
 
 
 def seen(track: FloatArray) -> BoolArray:

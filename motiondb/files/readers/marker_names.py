@@ -5,7 +5,7 @@ Names used here are those of Vicon's Plug-in Gait with the side in front (``LKNE
 centres of joints, as programs without markers write them. A label is read without its performer
 (``Anna:LKNE``), side, separators, capitals and what nearly all labels share, and looked up among
 the names that marker sets give to the place: Plug-in Gait, CMU, Helen Hayes, Cleveland, Qualisys
-and the ISB, OpenCap, OptiTrack, OpenSim; centres of OpenPose, HALPE and COCO.
+and the ISB, OpenCap, OptiTrack, Shogun, Xsens, OpenSim; centres of OpenPose, HALPE and COCO.
 
 >>> sorted(name_markers(["R.EIAS", "L.EIAS", "R.Knee.Lat", "R.Knee.Med"])[""])
 ['LASI', 'RASI', 'RKNE', 'RKNM']
@@ -24,30 +24,34 @@ _PLACES = """
 ASI asi asis ias eias fwt waistfront
 PSI psi psis ips eips bwt waistback
 KNE kne knee kneelat kneelateral latknee fle kneeout kneeouter knee1 lknee lek kneeaxis
-KNE lfc lateralknee
+KNE lfc lateralknee kneelatepicondyle
 KNM kneemed kneemedial medknee mknee fme kneein kneeinner knee2 mek
-KNM mfc medialknee
+KNM mfc medialknee kneemedepicondyle
 ANK ank ankle anklelat anklelateral latankle fal mall lmal latmal ankleout ankleouter lma
-ANK lateralmalleolus lateralankle
+ANK lateralmalleolus lateralankle latmalleolus
 ANM anklemed anklemedial medankle mankle mmal medmal tam anklein ankleinner mma
-ANM medialmalleolus medialankle
+ANM medialmalleolus medialankle medmalleolus
 TOE toe toes toetip met mt2 fm2 met2 toein bigtoe halluxtip
 FM1 fm1 mt1 met1 footmed 1meta firstmet forefootin
 FM5 fm5 mt5 met5 footlat 5meta toeout smalltoe fifthmet forefootout
-HEE hee heel fcc calc calca calcaneus heelback
+HEE hee heel fcc calc calca calcaneus heelback heelfoot
 SHO sho shoulder should saj sae ac acr acromion acromium shouldertop
 ELB elb elbow elbowlat elbowlateral latelbow lelbow hle epilat elbowout lhe lel lateralelbow
+ELB armlatepicondyle
 ELM elbowmed elbowmedial medelbow melbow hme epimed elbowin mhe mel medialelbow
+ELM armmedepicondyle
 WRA wra wri wrist rsp wristrad wristlat latwrist lwrist wristin faradius radialwrist
+WRA iwr radialstyloid
 WRB wrb usp uhe wristuln wristmed medwrist mwrist wristout faulna ulnarwrist
+WRB owr ulnarstyloid
 FHD fhd hdf headfront
 BHD bhd hdb headback
-C7 c7 cv7 spinetop backtop
-T10 t10 tv10 t8 tv8
+C7 c7 cv7 spinetop backtop c7spinalprocess
+T10 t10 tv10 t8 tv8 t8spinalprocess
 CLAV clav snj ij sjn jugular manubrium
 STRN strn sxs px xiphoid sternum chest
 SACR sacr sacrum sacral vsac vsacral
-HEAD head tophead headtop hd nose
+HEAD head tophead headtop topofhead hd nose
 HJC hip hjc
 KJC kjc
 AJC ajc

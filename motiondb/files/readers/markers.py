@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import MappingProxyType
@@ -149,7 +149,7 @@ def read_tracks(file: MarkerFile, n_bytes: int, path: object, options: ReadOptio
         raise CaptureError(
             path, "expected markers, found none that was ever seen. Export it again."
         )
-    unit = _unit(file.unit, path) if options.unit is None else options.unit
+    unit = unit_of(file.unit, path) if options.unit is None else options.unit
     turn = world.to_y_up(options.up or file.up or file.usual_up)
     rate = check_rate(file.fps, path) if options.fps is None else options.fps
     places = rotation.rotate(turn, np.stack(list(tracks.values()), axis=1) * unit)
@@ -358,8 +358,8 @@ def _leg(
     toe = ankle + _TOE_AHEAD * ahead + _TOE_DOWN * shin
     if f"{letter}TOE" in markers:
         toe = bridge(markers[f"{letter}TOE"], toe)
-    elif {f"{letter}FM1", f"{letter}FM5"} <= set(markers):
-        toe = bridge((markers[f"{letter}FM1"] + markers[f"{letter}FM5"]) / 2.0, toe)
+    elif {f"{letter}FM1", f"{letter}FM5"} & set(markers):
+        toe = bridge(_mean(markers, f"{letter}FM1", f"{letter}FM5"), toe)
     return {f"{side}_knee": knee, f"{side}_ankle": ankle, f"{side}_toe": toe}
 
 
@@ -426,6 +426,7 @@ def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -
         notes += ("There is no marker of the neck (C7, CLAV); it is taken between the shoulders.",)
     if "NECK" not in tracks and len(neck := {"C7", "CLAV"} & tracks.keys()) == 1:
         notes += (f"The neck is taken at {min(neck)}, as the other of C7 and CLAV is missing.",)
+    notes += _estimated(tracks)
     if options.swap_sides:
         other = {"L": "R", "R": "L"}
         tracks = {other.get(name[0], name[0]) + name[1:]: t for name, t in tracks.items()}
@@ -465,6 +466,25 @@ def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -
     )
 
 
+def _estimated(names: Collection[str]) -> tuple[str, ...]:
+    """Note wrists and toes for which there are no markers."""
+    lacking = {
+        "wrists": [side for side in "LR" if not any(f"{side}{m}" in names for m in _WRIST)],
+        "toes": [side for side in "LR" if not any(f"{side}{m}" in names for m in _TOES)],
+    }
+    said = [
+        name if len(sides) == 2 else f"{'left' if sides == ['L'] else 'right'} {name[:-1]}"
+        for name, sides in lacking.items()
+        if sides
+    ]
+    if not said:
+        return ()
+    return (f"No markers are known for {' and '.join(said)}: estimated from the rest of the body.",)
+
+
+_WRIST, _TOES = ("WRA", "WRB", "WJC"), ("TOE", "FM1", "FM5")
+
+
 def _good_frames(
     tracks: dict[str, FloatArray], fps: float, path: object, skip_bad: bool
 ) -> tuple[dict[str, FloatArray], tuple[str, ...]]:
@@ -497,7 +517,7 @@ def _good_frames(
     )
 
 
-def _unit(name: str, path: object) -> float:
+def unit_of(name: str, path: object) -> float:
     """Return the metres per unit of a unit's name."""
     short = name.strip().lower()
     known = _UNIT_NAMES.get(short[:4], short)
@@ -514,7 +534,7 @@ def _find_unit(
     """Return the unit asked for, or a file's, or the one in which its markers are on a person."""
     if asked is not None:
         return asked, ()
-    stated = _unit(name, path)
+    stated = unit_of(name, path)
     is_skin = "LASI" in tracks
     typical = 0.9 if is_skin else world.TYPICAL_LEG
     leg = (_SIDED[part][:: 1 if is_skin else -1] for part in ("hips", "knees", "ankles"))

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from motiondb.body import coordinates, hinges, rotation, world
+from motiondb.body import coordinates, hinges, rates, rotation, world
 from motiondb.body.coordinates import BodyModel
 from motiondb.body.joint_names import joint_map
 from motiondb.errors import CaptureError, NoBodyError, SkeletonError
@@ -258,7 +258,7 @@ def _even(
     step = (times[-1] - times[0]) / (len(times) - 1)
     missed = np.abs(times - times[0] - step * np.arange(len(times))).max()
     if missed <= _UNEVEN * step and 1.0 / step <= MAX_FPS:
-        rate = world.find_rate(float(step), f"{step:.5f}" if step > 0.002 else "")[0]
+        rate = rates.find_rate(float(step), f"{step:.5f}" if step > 0.002 else "")[0]
         return options.fps or check_rate(rate, path), values, ()
     rate = float(min(_MOST_FPS, max(1.0, np.round(1.0 / np.median(np.diff(times))))))
     n_frames = int((times[-1] - times[0]) * rate + 1e-6) + 1

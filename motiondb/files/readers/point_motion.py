@@ -19,6 +19,7 @@ Source: https://research.nvidia.com/labs/sil/projects/kimodo/docs (output format
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
@@ -31,12 +32,12 @@ from motiondb.body.joint_names import joint_map, mirror_joints
 from motiondb.body.world import UNITS
 from motiondb.errors import CaptureError, SkeletonError
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
-from motiondb.files.readers.array_files import RATES, Arrays, texts_of
+from motiondb.files.readers.array_files import RATES, Arrays, as_numbers, texts_of
 from motiondb.files.readers.first_bytes import HUMANML3D_WIDTH, is_points_shape
 from motiondb.files.readers.marker_gaps import LONGEST_GAP, gaps_of, longest_gap, seen, straight
 from motiondb.files.readers.markers import skeleton_of
 from motiondb.files.text import decode, quoted
-from motiondb.records import Clip, FloatArray, Skeleton
+from motiondb.records import BoolArray, Clip, FloatArray, Skeleton
 
 _FINGERS = ("Thumb", "Index", "Middle", "Ring", "Pinky")
 _SMPL = (
@@ -126,7 +127,8 @@ ORDERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 )  # Known orders of joints
 _POSITIONS = (
     *("posed_joints", "global_joint_positions", "joint_positions", "joints_3d", "joints3d"),
-    *("keypoints", "keypoints_3d", "positions", "joints", "poses_3d", "xyz", "points", "arr_0"),
+    *("keypoints", "keypoints_3d", "keypoints3d", "positions", "joints", "poses_3d", "xyz"),
+    *("points", "arr_0"),
 )  # Names of arrays of positions, in the order in which they are looked for
 _NAMES = ("joint_names", "names", "joints", "bone_names", "keypoint_names", "marker_names")
 _TURNS = "global_rot_mats"
@@ -137,6 +139,7 @@ _KEEPS, _ALIKE, _BACKWARDS, _PROPORTIONS = 0.15, 0.03, 0.1, 0.3
 first no order is believed; another order that is nearer than the second is told, too; the third is
 added where knees bend backwards. The mean logarithm of the ratios of limbs to those of the
 canonical body, above which they are no limbs: by hand."""
+_AT_ORIGIN = 0.1  # Of the spread of a body's points: a point that near to the origin may be there
 _USUAL_FPS, _FPS_ML3D, _JOINTS_ML3D = 30.0, 20.0, 22
 
 
@@ -153,7 +156,9 @@ def read_points(
     names = _names(arrays, names_file, points.shape[1], path)
     check_clip_size(len(points), points.shape[1], n_bytes, path, options.limits)
     notes: tuple[str, ...] = ()
-    if not names:
+    if not names and usual == _FPS_ML3D:
+        names = _order_of_humanml3d(points, path)
+    elif not names:
         names, notes = _known_order(points, path)
     if options.fps:
         fps = options.fps
@@ -178,10 +183,13 @@ def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, 
     array = arrays[name].astype(np.float64)
     if array.ndim == 4 and 1 in array.shape[:2]:
         array = array[0] if len(array) == 1 else array[:, 0]
-    rates = [n for n in RATES if n in arrays and arrays[n].size == 1]
-    fps = check_rate(float(arrays[rates[0]].reshape(-1)[0]), path) if rates else None
+    rates = [as_numbers(arrays[n]) for n in RATES if n in arrays and arrays[n].size == 1]
+    said = next((rate.reshape(-1)[0] for rate in rates if rate.dtype.kind in "iuf"), None)
+    fps = None if said is None else check_rate(float(said), path)
     if array.ndim == 2 and array.shape[1] == HUMANML3D_WIDTH:
         return humanml3d_positions(array), fps, _FPS_ML3D
+    if array.ndim == 3 and array.shape[2] == 4 and _are_shares(array[..., 3]):
+        array = np.where(array[..., 3:] > 0.0, array[..., :3], np.nan)  # x, y, z, confidence
     if not is_points_shape(array.shape) or not len(array):
         raise CaptureError(
             path,
@@ -189,7 +197,32 @@ def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, 
             f"{array.shape}. Save the joints of one body in 3D, or the numbers of a robot as qpos "
             "(root x y z, quaternion w x y z, joints).",
         )
-    return array, fps, _USUAL_FPS
+    return zeros_as_lost(array), fps, _USUAL_FPS
+
+
+def _are_shares(numbers: FloatArray) -> bool:
+    return bool(((numbers >= 0.0) & (numbers <= 1.0)).all())
+
+
+def zeros_as_lost(points: FloatArray) -> FloatArray:
+    """Return points (frames, n, 3) with NaN where they are 0, as programs write what they lost.
+
+    A first point that is always 0 is a root to which the others are relative, and a point that is
+    near the origin before and behind may be there.
+    """
+    zero: BoolArray = np.asarray(~points.any(axis=2))
+    zero[:, 0] &= not zero[:, 0].all()
+    if not zero.any():
+        return points
+    known = np.where(zero[..., None], np.nan, points)
+    with np.errstate(invalid="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of frames without points
+        size = float(np.nanmedian(np.linalg.norm(np.nanstd(known, axis=1), axis=1)))
+    for n in np.flatnonzero(zero.any(axis=0)):
+        between = straight(known[:, n], math.inf)
+        is_far = ~(np.linalg.norm(between, axis=1) < _AT_ORIGIN * size)
+        known[:, n] = np.where((zero[:, n] & ~is_far)[:, None], 0.0, known[:, n])
+    return known
 
 
 def humanml3d_positions(numbers: FloatArray) -> FloatArray:
@@ -255,6 +288,19 @@ def _known_order(points: FloatArray, path: object) -> tuple[tuple[str, ...], tup
     near = [name for name in ranked[1:] if fits[name] < fits[best] + _ALIKE]
     note += f" (as under {near[0]})" if near else ""
     return ORDERS[best], (note + ". Write them into joint_names.txt beside it if this is wrong.",)
+
+
+def _order_of_humanml3d(points: FloatArray, path: object) -> tuple[str, ...]:
+    """Return the names of HumanML3D's joints; CaptureError for numbers of no body."""
+    names = ORDERS["SMPL"]
+    if not _misfit(points, names) < _KEEPS:
+        raise CaptureError(
+            path,
+            f"expected HumanML3D's {HUMANML3D_WIDTH} numbers in metres, found ones under which "
+            "limbs do not keep their lengths. If they are normalised, multiply them by Std.npy and "
+            "add Mean.npy.",
+        )
+    return names
 
 
 def _misfit(points: FloatArray, names: Sequence[str]) -> float:

@@ -365,6 +365,12 @@ _MOVING = ("revolute", "continuous", "prismatic")
 
 def _read_urdf(root: Element, path: object) -> Robot:
     """Read the links and joints of a URDF, parents first, children in the order of the file."""
+    if macros := sum("xacro" in part.tag for part in root.iter()):
+        raise CaptureError(
+            path,
+            f"expected a URDF, found {macros} elements of xacro, which stand for others. Expand "
+            "them: xacro FILE -o MODEL.urdf.",
+        )
     joints = [j for j in root.findall("joint") if j.find("child") is not None]
     names = [link.get("name", "") for link in root.findall("link")]
     below: dict[str, list[Element]] = {}

@@ -27,10 +27,17 @@ from numpy.typing import NDArray
 
 from motiondb.body import hinges, rotation
 from motiondb.body.hinges import Robot
+from motiondb.body.rates import rate_of_times
 from motiondb.body.robot_names import part_of
 from motiondb.errors import CaptureError, suggestion
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
-from motiondb.files.readers.array_files import RATES, Arrays, frames_left_out, texts_of
+from motiondb.files.readers.array_files import (
+    RATES,
+    Arrays,
+    as_numbers,
+    frames_left_out,
+    texts_of,
+)
 from motiondb.files.readers.first_bytes import (
     BODY_NAMES,
     BODY_TURNS,
@@ -38,6 +45,7 @@ from motiondb.files.readers.first_bytes import (
     JOINTS,
     PLACES,
     ROOTS,
+    TIMES,
     TURNS,
     WHOLES,
 )
@@ -49,11 +57,16 @@ _KNOWN: Mapping[int, str] = MappingProxyType(
     | {27: "Unitree's H1-2", 12: "the legs of many robots", 43: "Unitree's G1 with hands"}
 )  # Number of joints -> robots that have as many
 DEFAULT_FPS = 30.0  # Of CSV files: that of retargeted LAFAN1
-_FITS, _UPRIGHT, _LYING = 0.03, 0.7, 0.4
-"""Metres within which bodies are where the model has them; cosines with the vertical of a base that
-is upright, and of one that is not."""
+_FITS, _UPRIGHT, _LYING, _TILTS = 0.03, 0.7, 0.4, 0.05
+"""Metres within which bodies are where the model has them; mean cosines with the vertical of a base
+that is upright, and of one that is not; by how much it is less upright in the wrong order: there
+the yaw is a tilt, so by 1 less its cosine."""
+_Z = np.array([0.0, 0.0, 1.0])
+_ALONG = 0.9  # Mean cosine of a base with an axis along which it stands for the whole take
+_LIKE_1 = 0.001  # By which quaternions among other numbers differ from length 1 at most
 _OF_LENGTH_1 = 0.05  # By which quaternions may differ from length 1 in the median
 _SUFFIX = re.compile(r"(_?(joint|dof|link|pos|position|skel|angle|rad|deg|q))+$")
+_PREFIX = re.compile(r"^((dof|joint|pos|position|angle|q)_)+")
 
 
 @dataclass(frozen=True)
@@ -141,10 +154,16 @@ def from_arrays(arrays: Arrays, path: object) -> RobotFile:
 def _rate_in(arrays: Arrays) -> float | None:
     """Return the frames per second that arrays say, or the seconds of a frame (dt)."""
     for name in (*RATES, "dt"):
-        if name in arrays and arrays[name].size and arrays[name].dtype.kind in "iuf":
-            number = float(arrays[name].reshape(-1)[0])
+        rate = as_numbers(arrays[name]) if name in arrays else np.zeros(0)
+        if rate.size and rate.dtype.kind in "iuf":
+            number = float(rate.reshape(-1)[0])
             return number if name != "dt" else 1.0 / number if number > 0 else None
-    return None
+    times = next((arrays[name] for name in TIMES if name in arrays), np.zeros(0))
+    return (
+        rate_of_times(times.astype(float))
+        if times.ndim == 1 and times.dtype.kind in "iuf"
+        else None
+    )
 
 
 def _numbers(
@@ -245,16 +264,20 @@ def _of_robot(
             raise CaptureError(
                 path, "expected places and turns of the root, found none. Export them, too."
             )
+        said, object_notes = _behind_object(said)
         values, notes = _values(said, robot, path)
+        notes += object_notes
         values, unit_notes = _radians(values, robot)
         notes += unit_notes
+        assert said.root is not None
         root = said.root
-        turns, order_notes = _root_turns(said, path)
+        turns, order_notes = _root_turns(said, path, options.up)
         notes += order_notes
+    notes += () if options.up else hinges.lying_notes(turns)
     values = hinges.with_mimics(robot, values)
     posed = hinges.pose(robot, root, rotation.unroll(turns), values)
     clip = hinges.to_clip(robot, posed, fps, options.up)
-    notes = robot.notes + notes + limit_notes(robot, values)
+    notes = robot.notes + notes + hinges.limit_notes(robot, values)
     return replace(clip, notes=notes + clip.notes)
 
 
@@ -278,8 +301,11 @@ def _radians(values: FloatArray, robot: Robot) -> tuple[FloatArray, tuple[str, .
     )
 
 
-def _root_turns(said: RobotFile, path: object) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return the turns of the root, w x y z; where nothing says their order, the upright one."""
+def _root_turns(said: RobotFile, path: object, up: str) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the turns of the root, w x y z; where nothing says their order, the upright one.
+
+    `up`: the axis that is up, "" for z.
+    """
     assert said.turns is not None
     lengths = np.linalg.norm(said.turns, axis=1)
     if float(np.median(np.abs(lengths - 1.0))) > _OF_LENGTH_1:
@@ -291,16 +317,19 @@ def _root_turns(said: RobotFile, path: object) -> tuple[FloatArray, tuple[str, .
         )
     given = rotation.normalize(said.turns)
     each = {"wxyz": given, "xyzw": given[:, [3, 0, 1, 2]]}
-    stands = {
-        order: float(rotation.rotate(turns, np.array([0.0, 0.0, 1.0]))[:, 2].mean())
-        for order, turns in each.items()
-    }
+    ways = {name: rotation.rotate(turns, _Z).mean(axis=0) for name, turns in each.items()}
+    sign, axis = -1.0 if up[:1] == "-" else 1.0, "xyz".index(up[-1:] or "z")
+    stands = {name: float(sign * way[axis]) for name, way in ways.items()}
     order = said.order or max(stands, key=lambda one: stands[one])
     other = "wxyz" if order == "xyzw" else "xyzw"
-    if said.order and not said.is_said and stands[order] < _LYING and stands[other] > _UPRIGHT:
+    along = float(np.abs(np.delete(ways[order], axis)).max())  # as where another axis is up
+    tilts = stands[order] < stands[other] - _TILTS and stands[other] > max(_ALONG, along)
+    lies = stands[order] < _LYING and stands[other] > max(_UPRIGHT, along)
+    if said.order and not said.is_said and (tilts or lies):
         return each[other], (
             f"The quaternions of the root are taken as {' '.join(other)}, not as "
-            f"{' '.join(order)}, as the format has them: then the robot stands upright.",
+            f"{' '.join(order)}, as the format has them: then the robot stands more upright "
+            f"({stands[other]:.2f} against {stands[order]:.2f}).",
         )
     if not said.order:
         return each[order], (
@@ -330,12 +359,29 @@ def _values(said: RobotFile, robot: Robot, path: object) -> tuple[FloatArray, tu
     for chosen, how in choices:
         if len(chosen) == width or (width - len(chosen) == 7 and said.order == "wxyz"):
             values[:, chosen] = said.values[:, : len(chosen)]
-            return values, (f"The file names no joints; they are taken {how}.",)
+            told = f"The file names no joints; they are taken {how}."
+            return values, (told, _OBJECT.format("behind"))[: 2 if len(chosen) < width else 1]
     raise CaptureError(
         path,
         f"expected {len(robot.free)} joints as the model {quoted(robot.name, 40)} has, found "
         f"{width}{_robots_of(width)}. Give the model of this robot with --skeleton.",
     )
+
+
+_OBJECT = "Left out 7 numbers {} those of the robot: place and quaternion of an object."
+
+
+def _behind_object(said: RobotFile) -> tuple[RobotFile, tuple[str, ...]]:
+    """Return what is said of a robot before which an object stands in qpos, and a note."""
+    assert said.values is not None
+    values = said.values
+    if said.names or said.order != "wxyz" or values.shape[1] < 8:
+        return said, ()
+    sizes = np.linalg.norm(values[:, 3:7], axis=1)
+    if len(values) < 2 or np.abs(sizes - 1.0).max() > _LIKE_1:
+        return said, ()
+    robot = replace(said, root=values[:, :3], turns=values[:, 3:7], values=values[:, 7:])
+    return robot, (_OBJECT.format("before"),)
 
 
 def _is_finger(robot: Robot, joint: int) -> bool:
@@ -344,7 +390,8 @@ def _is_finger(robot: Robot, joint: int) -> bool:
 
 
 def _plain(name: str) -> str:
-    return _SUFFIX.sub("", name.lower().strip().replace("-", "_").replace(" ", "_"))
+    text = name.lower().strip().replace("-", "_").replace(" ", "_").replace("/", "_")
+    return _PREFIX.sub("", _SUFFIX.sub("", text))
 
 
 def _by_names(
@@ -500,27 +547,6 @@ def _in_order(said: RobotFile, robot: Robot, links: Sequence[int], path: object)
         return values
     out[:, wanted] = said.values
     return out
-
-
-def limit_notes(robot: Robot, values: FloatArray) -> tuple[str, ...]:
-    """Note the joints that leave their limits."""
-    found = []
-    for number, joint in enumerate(robot.joints):
-        if joint.limits is None or joint.slides or joint.mimics is not None:
-            continue
-        low, high = joint.limits
-        beyond = np.maximum(low - values[:, number], values[:, number] - high)
-        if float(beyond.max()) > np.deg2rad(0.5):
-            found.append((float(beyond.max()), int((beyond > np.deg2rad(0.5)).sum()), joint))
-    if not found:
-        return ()
-    most, count, joint = max(found, key=lambda each: each[0])
-    assert joint.limits is not None
-    low, high = np.rad2deg(joint.limits)
-    return (
-        f"{len(found)} joints leave the limits of the model, {joint.name} the most: by "
-        f"{np.rad2deg(most):.1f} degrees ({low:.0f} to {high:.0f} are allowed), in {count} frames.",
-    )
 
 
 def _of_bodies(said: RobotFile, path: object, fps: float, options: ReadOptions) -> Clip:

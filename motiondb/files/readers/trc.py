@@ -1,9 +1,9 @@
 """Reader of TRC: marker positions of Motion Analysis, OpenSim and Pose2Sim (:mod:`.markers`).
 
 Five lines say what follows: the rate, the counts and the unit stand in the third, the names of the
-markers in the fourth, each over three columns. A cell without a number, or three zeros, is a marker
-that was not seen, as in the frames that their numbers leave out. Where the times of the frames
-contradict the rate, they hold. The axis up is not in the file: y is usual.
+markers in the fourth, each over three columns. A cell without a number, or one number three times
+(0, 9999.99), is a marker that was not seen, as in the frames that their numbers leave out. Where
+the times of the frames contradict the rate, they hold. The axis up is not in the file: y is usual.
 
 Source: Motion Analysis, "Track Row Column (.trc) file format", as OpenSim's documentation has it.
 """
@@ -12,10 +12,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from motiondb.body.world import find_rate
+from motiondb.body.rates import find_rate
 from motiondb.errors import CaptureError
 from motiondb.files.limits import AS_USUAL, MAX_FPS, MIN_FPS, ReadOptions
-from motiondb.files.readers.markers import MarkerFile, only_performer, read_markers
+from motiondb.files.readers.marker_gaps import is_place
+from motiondb.files.readers.markers import MarkerFile, read_markers
 from motiondb.files.text import quoted
 from motiondb.records import Clip, FloatArray
 
@@ -52,11 +53,6 @@ def trc_markers(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> M
     return MarkerFile(labels, len(places), lambda n: places[:, n], fps, unit, "", "y", "trc", notes)
 
 
-def read_trc(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> Clip:
-    """Read the clip in the bytes of a TRC file."""
-    return only_performer(read_trc_takes(data, path, options), path, options)
-
-
 def _places(lines: list[str], n_markers: int, path: object) -> tuple[FloatArray, FloatArray]:
     """Return frame number and time of the rows, and the places (frames, markers, 3).
 
@@ -89,8 +85,7 @@ def _places(lines: list[str], n_markers: int, path: object) -> tuple[FloatArray,
         raise CaptureError(path, "expected at least 1 frame, found 0. Export the markers again.")
     values = np.array(rows)
     places = values[:, 2:].reshape(len(rows), n_markers, 3)
-    is_seen = np.isfinite(places).all(axis=2) & places.any(axis=2)
-    return values[:, :2], np.where(is_seen[..., None], places, np.nan)
+    return values[:, :2], np.where(is_place(places)[..., None], places, np.nan)
 
 
 def _with_gaps(numbers: FloatArray, places: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:

@@ -56,6 +56,12 @@ def test_a_standing_body_by_hand() -> None:
     assert len(joint_map(clip.skeleton)) == 18
 
 
+@pytest.mark.parametrize("rate", ["60", b"60", ["60.0"], 60])
+def test_a_rate_may_be_text(rate: object) -> None:
+    assert read(mocap_framerate=np.array(rate)).fps == 60.0
+    assert read(mocap_framerate=None, sample_rate=np.array(rate)).fps == 60.0
+
+
 def test_an_elbow_turns_as_it_says() -> None:
     poses = standing()
     elbow = 18

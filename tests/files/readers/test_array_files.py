@@ -3,6 +3,7 @@
 import pickle
 import pickletools
 import struct
+import zlib
 from collections import OrderedDict
 from fractions import Fraction
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 
 from motiondb.errors import CaptureError
-from motiondb.files.readers.array_files import load_npy, load_pickle
+from motiondb.files.readers.array_files import inflated, load_npy, load_pickle
 
 
 @pytest.mark.parametrize("protocol", range(2, 6))
@@ -41,13 +42,40 @@ def test_anything_else_is_refused_by_its_name_and_not_made(tmp_path: Path) -> No
         (Fraction(1, 2), "fractions.Fraction"),
         (Opens(), "io.open"),
         (Path("a"), "pathlib.PosixPath"),
-        (np.array([Fraction(1)]), "an array of type"),
+        (np.array([Fraction(1)]), "fractions.Fraction"),
         (len, "builtins.len"),
     ):
         with pytest.raises(CaptureError) as error:
             load_pickle(pickle.dumps({"a": value}), "f")
         assert f"found '{name}" in str(error.value).replace('found "', "found '")
     assert not (tmp_path / "made").exists()
+
+
+def test_dictionaries_of_numpy_joblib_and_python_2_are_read(tmp_path: Path) -> None:
+    joblib = pytest.importorskip("joblib")
+    values, names = np.arange(6.0).reshape(2, 3), ["a", "b"]
+    given = {"v": values, "f": np.asfortranarray(values), "names": names, "one": np.float32(2.5)}
+    np.save(tmp_path / "a.npy", {**given, "rows": list(values)}, allow_pickle=True)  # type: ignore[arg-type]
+    found = [load_npy((tmp_path / "a.npy").read_bytes(), "f")]
+    np.testing.assert_array_equal(found[0]["rows"], values)
+    for compress in (0, 3, ("gzip", 3)):
+        joblib.dump({"walk": given}, tmp_path / "a.pkl", compress=compress)
+        found.append(load_pickle(inflated((tmp_path / "a.pkl").read_bytes(), "f"), "f"))
+    found.append(load_pickle(pickle.dumps({k.encode(): v for k, v in given.items()}, 2), "f"))
+    for each in found:
+        for name, value in given.items():
+            np.testing.assert_array_equal(each[name], np.asarray(value))
+
+
+def test_what_joblib_promises_and_the_file_has_not_is_refused(tmp_path: Path) -> None:
+    joblib = pytest.importorskip("joblib")
+    joblib.dump({"v": np.zeros((100, 100))}, tmp_path / "a.pkl")
+    data = (tmp_path / "a.pkl").read_bytes()
+    for broken in (data[:-400], data.replace(b"K\x64K\x64", b"K\xffK\xff")):
+        with pytest.raises(CaptureError, match="expected a pickle of plain arrays"):
+            load_pickle(broken, "f")
+    with pytest.raises(CaptureError, match="packed"):
+        inflated(zlib.compress(bytes(300_000_000), 1), "f")
 
 
 def test_states_that_a_file_invents_reach_no_object() -> None:
@@ -83,8 +111,8 @@ def test_arrays_of_objects_and_short_arrays_are_refused() -> None:
     import io
 
     file = io.BytesIO()
-    np.save(file, np.array([{}]), allow_pickle=True)
-    with pytest.raises(CaptureError, match="found objects"):
+    np.save(file, np.array([{}, 1]), allow_pickle=True)
+    with pytest.raises(CaptureError, match="expected a dictionary of arrays, found a list"):
         load_npy(file.getvalue(), "f")
     file = io.BytesIO()
     np.save(file, np.zeros((10, 22, 3)))

@@ -35,6 +35,11 @@ BROKEN_DEEPMIMIC = {
         f"f.txt: frame 1: expected 44 numbers (4, root 4, 12 joints 36), found 40. {AGAIN}\n"
         f"f.txt: frame 2: expected 44 numbers (4, root 4, 12 joints 36), found no list. {AGAIN}",
     ),
+    "another body": (
+        json.dumps({"Frames": [FRAME[:19], FRAME[:19]]}),
+        "f.txt: expected 44 numbers a frame, as DeepMimic's humanoid has, found 19 in all: the "
+        "motion of another body. Export it in another format.",
+    ),
     "NaN": (
         json.dumps({"Frames": [[float("nan"), *FRAME[1:]]]}),
         f"f.txt: frame 0: expected finite numbers, found 'nan' as value 1. {AGAIN}",

@@ -89,7 +89,7 @@ def test_what_follows_the_end_of_the_trial_is_cut() -> None:
     said = {"TRIAL:ACTUAL_START_FIELD": [1, 0], "TRIAL:ACTUAL_END_FIELD": [40, 0]}
     found, _ = read(c3d_bytes(points, LABELS, said=said))
     np.testing.assert_array_equal(found, points[:40])
-    points[60] = 1.0  # the trial is longer than it says
+    points[60] = (1.0, 2.0, 3.0)  # the trial is longer than it says
     assert len(read(c3d_bytes(points, LABELS, said=said))[0]) == 61
 
 

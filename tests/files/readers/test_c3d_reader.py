@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 from c3d_writer import SGI, c3d_bytes
 from odd_c3d import MARKERS
+from trc_writer import read_c3d
 
 from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.errors import CaptureError
 from motiondb.files.formats import read_takes_bytes
 from motiondb.files.limits import ReadOptions
-from motiondb.files.readers.c3d import c3d_events, read_c3d
+from motiondb.files.readers.c3d import c3d_events
 from motiondb.records import Event
 
 

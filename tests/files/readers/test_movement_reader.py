@@ -25,9 +25,9 @@ COCO = {
 def of_camera() -> Any:
     """A walk by the names of COCO, which have no neck, in cm with z up."""
     clip = retarget.to_clip(sample_motion("ana/walk_1"))
-    data = to_dataset(clip, "ana").sel(keypoints=list(COCO.values()))
+    data = to_dataset(clip, "ana").sel(keypoint=list(COCO.values()))
     position = 100.0 * data["position"].values[:, [2, 0, 1]]
-    data = data.assign_coords(keypoints=list(COCO)).copy()
+    data = data.assign_coords(keypoint=list(COCO)).copy()
     data["position"].values[:] = position
     return data
 
@@ -40,8 +40,8 @@ def read(data: Any, path: Path, **how: Any) -> motiondb.Clip:
 def test_the_form_of_movement() -> None:
     clip = sample_clip("ana/bow_1")
     data = to_dataset(clip, "ana", "bow_1.bvh")
-    assert data["position"].dims == ("time", "space", "keypoints", "individuals")
-    assert data["confidence"].dims == ("time", "keypoints", "individuals")
+    assert data["position"].dims == ("time", "space", "keypoint", "individual")
+    assert data["confidence"].dims == ("time", "keypoint", "individual")
     assert data.attrs == {
         "fps": 30.0,
         "time_unit": "seconds",
@@ -49,7 +49,7 @@ def test_the_form_of_movement() -> None:
         "source_file": "bow_1.bvh",
         "ds_type": "poses",
     }
-    one = data["position"].sel(individuals="ana", keypoints="LeftHand", space="y").values
+    one = data["position"].sel(individual="ana", keypoint="LeftHand", space="y").values
     np.testing.assert_array_equal(
         one, clip.world_positions()[:, clip.joint_names.index("LeftHand"), 1]
     )
@@ -74,6 +74,20 @@ def test_keypoints_of_a_camera_become_a_body(tmp_path: Path) -> None:
     assert not np.allclose(swapped.local_rotations, clip.local_rotations)
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda d: d.rename(keypoint="keypoints", individual="individuals"),
+        lambda d: d.isel(individual=0),
+        lambda d: d.isel(individual=0, drop=True).rename(keypoint="keypoints"),
+    ],
+    ids=["before 0.17", "one individual selected", "one without a name"],
+)
+def test_other_names_of_dimensions_are_the_same(change: Any, tmp_path: Path) -> None:
+    clip, other = read(of_camera(), tmp_path / "a.nc"), read(change(of_camera()), tmp_path / "b.nc")
+    np.testing.assert_array_equal(clip.local_rotations, other.local_rotations)
+
+
 def test_gaps_are_filled_or_left_out(tmp_path: Path) -> None:
     data = of_camera()
     data["position"].values[10:15, :, 3] = np.nan
@@ -89,9 +103,10 @@ def test_gaps_are_filled_or_left_out(tmp_path: Path) -> None:
     [
         (lambda d: d.isel(space=[0, 1]), "found x and y alone"),
         (lambda d: d.drop_vars("position"), "found other data"),
-        (lambda d: d.isel(keypoints=[0, 1, 2]), "expected joints for r_hip"),
+        (lambda d: d.isel(keypoint=0), "found position over individual, space, time"),
+        (lambda d: d.isel(keypoint=[0, 1, 2]), "expected joints for r_hip"),
         (
-            lambda d: d.sel(individuals=["ana"] * 2).assign_coords(individuals=["ana", "boris"]),
+            lambda d: d.sel(individual=["ana"] * 2).assign_coords(individual=["ana", "boris"]),
             "found 2: ana, boris",
         ),
         (lambda d: d.assign_attrs(fps=0.0, time_unit="frames"), "expected the attribute fps"),

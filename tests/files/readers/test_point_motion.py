@@ -71,6 +71,21 @@ def test_the_order_under_which_limbs_keep_their_lengths_is_taken_and_told(
     assert theirs[:, :, 1].max() > 1.3  # it stands
 
 
+def test_zeros_are_lost_points_but_at_the_root(tmp_path: Path) -> None:
+    names, points, _ = _positions("mixamo")
+    wrist, points = names.index("mixamorig:LeftHand"), points + np.array([0.5, 0.0, 0.3])
+    lost = points.copy()
+    lost[20:26, wrist] = 0.0
+    lost[3] = 0.0
+    clips = []
+    for each in (points, lost, points - points[:, :1], points - points[0, 0]):
+        np.savez(tmp_path / "w.npz", positions=each, joint_names=np.array(names), fps=30)
+        clips.append(read_capture(tmp_path / "w.npz", up="y").world_positions())
+    np.testing.assert_allclose(clips[1], clips[0], atol=0.06)  # the arm swings
+    for relative in clips[2:]:
+        np.testing.assert_allclose(*(c - c[:, :1] for c in (relative, clips[0])), atol=1e-6)
+
+
 def test_names_beside_a_file_hold_and_must_be_as_many_as_its_joints(tmp_path: Path) -> None:
     names, points, _ = _positions("mixamo")
     order = np.random.default_rng(2).permutation(len(names))
@@ -144,6 +159,24 @@ def test_humanml3d_numbers_become_positions() -> None:
         points[1, 1], way + 0.1 * left + np.array([0.0, 0.8, 0.0]), atol=1e-12
     )
     np.testing.assert_allclose(points[2], points[1], atol=1e-12)
+
+
+def test_normalised_numbers_of_humanml3d_are_named(tmp_path: Path) -> None:
+    np.save(tmp_path / "w.npy", np.random.default_rng(0).normal(size=(40, 263)))
+    with pytest.raises(CaptureError, match=r"multiply them by Std\.npy and add Mean\.npy"):
+        read_capture(tmp_path / "w.npy")
+
+
+def test_a_confidence_beside_places_is_left_out(tmp_path: Path) -> None:
+    names, points, _ = _positions("mixamo")
+    seen = np.full((*points.shape[:2], 1), 0.9)
+    seen[20:23, names.index("mixamorig:LeftHand")] = 0.0
+    clips = []
+    for each in (points, np.where(seen > 0.0, points, np.nan), np.concatenate([points, seen], 2)):
+        np.savez(tmp_path / "w.npz", keypoints3d=each, joint_names=np.array(names), fps=30)
+        clips.append(read_capture(tmp_path / "w.npz", up="y").world_positions())
+    np.testing.assert_array_equal(clips[2], clips[1])
+    np.testing.assert_allclose(clips[2], clips[0], atol=0.06)
 
 
 @pytest.mark.parametrize(

@@ -165,3 +165,11 @@ def test_urdf_rpy_turns_about_fixed_axes_and_mimics_are_read() -> None:
     assert robot.free == (0,)
     still = hinges.pose(robot, np.zeros((1, 3)), rotation.IDENTITY[None], np.zeros((1, 2)))
     np.testing.assert_allclose(still.places[0, 2], [0.0, 0.0, 1.0], atol=1e-12)
+
+
+def test_macros_are_named() -> None:
+    """Read as it is, a robot would lack the limbs that macros make."""
+    arm = '<arm xmlns="http://ros.org/wiki/xacro" side="left"/></robot>'
+    data = small_robot.urdf().replace("</robot>", arm)
+    with pytest.raises(CaptureError, match="found 1 elements of xacro"):
+        read_robot(data.encode(), "a.urdf")

@@ -7,47 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 import pytest
 from odd_c3d import MARKERS
+from trc_writer import CENTRES, read_trc, trc
 
 from motiondb.body import body, kinematics
 from motiondb.errors import CaptureError
 from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.marker_names import name_markers
-from motiondb.files.readers.trc import read_trc
-
-_SIDED = {
-    "Hip": (9, 92, 0), "Knee": (9, 50, 1), "Ankle": (9, 9, 0), "BigToe": (9, 2, 14),
-    "Heel": (9, 2, -5), "Shoulder": (18, 145, 0), "Elbow": (45, 145, 0), "Wrist": (70, 145, 0),
-}  # fmt: skip
-CENTRES = (
-    {f"L{name}": place for name, place in _SIDED.items()}
-    | {f"R{name}": (-x, y, z) for name, (x, y, z) in _SIDED.items()}
-    | {"Neck": (0, 148, 0), "Head": (0, 172, 2)}
-)
-"""Centres as OpenPose and Pose2Sim name them, centimetres, y up."""
-
-
-def trc(places: Mapping[str, tuple[float, ...]], unit: str = "cm", scale: float = 1.0) -> bytes:
-    """Write points that move ahead by 1 cm a frame, with a blank cell in the second frame."""
-    heads = "".join(f"{name}\t\t\t" for name in places)
-    axes = "".join(f"X{n}\tY{n}\tZ{n}\t" for n in range(1, len(places) + 1))
-    lines = [
-        "PathFileType\t4\t(X/Y/Z)\ta.trc",
-        "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits",
-        f"60.00\t60.00\t20\t{len(places)}\t{unit}",
-        f"Frame#\tTime\t{heads}",
-        f"\t\t{axes}",
-        "",
-    ]
-    for frame in range(20):
-        numbers = [
-            f"{scale * (v + frame * (k == 2)):.6f}"
-            for p in places.values()
-            for k, v in enumerate(p)
-        ]
-        if frame == 1:
-            numbers[:3] = ["", "", ""]
-        lines.append("\t".join([str(frame + 1), f"{frame / 60:.3f}", *numbers]))
-    return "\n".join(lines).encode()
 
 
 def joints(data: bytes) -> Mapping[str, np.ndarray]:
@@ -97,6 +62,27 @@ def test_centres_of_joints_are_the_joints() -> None:
                        ("r_shoulder", "RShoulder"), ("l_elbow", "LElbow"), ("r_wrist", "RWrist"),
                        ("neck", "Neck"), ("l_toe", "LBigToe")):  # fmt: skip
         assert found[role] == pytest.approx(CENTRES[name], abs=1.0), role
+
+
+@pytest.mark.parametrize("lost", [0.0, 9999.99, -9999.0, 1e10])
+def test_one_number_three_times_is_no_place(lost: float) -> None:
+    lines = trc(MARKERS).decode().split("\n")
+    at = 2 + 3 * list(MARKERS).index("LKNE")
+    for row in range(10, 13):
+        cells = lines[row].split("\t")
+        lines[row] = "\t".join([*cells[:at], *[f"{lost:g}"] * 3, *cells[at + 3 :]])
+    clip, whole = read_trc("\n".join(lines).encode(), "a.trc"), read_trc(trc(MARKERS), "a.trc")
+    np.testing.assert_allclose(clip.world_positions(), whole.world_positions(), atol=1e-5)
+
+
+def test_wrists_and_toes_without_markers_are_told() -> None:
+    told = "No markers are known for wrists and right toe: estimated from the rest of the body."
+    less = {k: v for k, v in MARKERS.items() if k[1:3] != "WR" and k != "RTOE"}
+    assert told in read_trc(trc(less), "a.trc").notes
+    assert not any("estimated" in note for note in read_trc(trc(MARKERS), "a.trc").notes)
+    other = {"RTOE": "RMT5", "LWRA": "LIWR", "RWRB": "RadialStyloidR"}
+    renamed = {other.get(k, k): v for k, v in MARKERS.items() if k not in ("LWRB", "RWRA")}
+    assert not any("estimated" in note for note in read_trc(trc(renamed), "a.trc").notes)
 
 
 @pytest.mark.parametrize(
