@@ -86,6 +86,7 @@ from motiondb.search.seen_frames import SeenFrames
 
 _FLIES = frozenset(FLIGHTS)
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
+MOST_OF_PLACE = 0.6  # Share of a place that goes in a direction of which it is said as a whole
 CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
 LEAVES = 1.0  # Seconds for which somebody who walks away must at least walk
 RESTS = 1.0  # Seconds for which somebody who does not move must at least be still
@@ -544,12 +545,16 @@ def _ways(
 ) -> tuple[int, int] | None:
     """The feature frames [a, b) that go in a direction while the action is shown; None: none do.
 
-    They are those of the place, if the place does. Others must last `seconds`.
+    They are the place's, or its part that does, if that is less than most; others last `seconds`.
     """
     turn, inside = turning(action), _inside(place)
     looked_at = _looked_at(inside, direction, len(shown))
-    if seen.furthest(direction, turn, looked_at, least=1.0)[0] >= 1.0:
-        return inside.start, inside.stop
+    amount, first, behind = seen.furthest(direction, turn, looked_at, least=1.0)
+    if amount >= 1.0:
+        long = max(seconds * FEATURE_FPS, MOST_OF_PLACE * (inside.stop - inside.start))
+        if direction == IN_PLACE or not seconds * FEATURE_FPS <= behind - first < long:
+            return inside.start, inside.stop
+        return looked_at.start + first, looked_at.start + behind
     amount, first, behind = seen.furthest(direction, turn, shown, least=1.0)
     return (first, behind) if amount >= 1.0 and behind - first >= seconds * FEATURE_FPS else None
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +17,9 @@ from motiondb.meaning.postures import sitting
 from motiondb.records import FloatArray
 from motiondb.search import by_words
 from motiondb.search.asking import excluded_event
+from motiondb.search.measured_answers import _ways
+from motiondb.search.placing import PartPlace
+from motiondb.search.seen_frames import SeenFrames
 
 
 @pytest.fixture(scope="module")
@@ -330,3 +334,17 @@ def test_a_thing_beside_an_event_does_not_take_its_place(db: motiondb.MotionDB) 
     shared = [m for m in db.search("stand up from a chair", limit=5).matches if m.capture in plain]
     assert shared
     assert all((m.start, m.end) == plain[m.capture] for m in shared)
+
+
+def test_of_a_long_place_the_part_that_goes_in_the_direction_is_told() -> None:
+    """Who walks ahead for 4 s and back for 2 s walks backward in the latter."""
+    speeds = np.zeros((90, 3))
+    speeds[:60, 1], speeds[60:, 1] = 1.2, -0.8
+    seen: Any = SeenFrames(*[None] * 3)  # type: ignore[arg-type]
+    seen.__dict__["speeds"] = speeds
+    place = PartPlace(0, 180, None)
+    backward = _ways(seen, "backward", ("walk", "backward"), place, np.ones(90, dtype=bool), 0.0)
+    assert backward is not None
+    assert (55 <= backward[0] <= 65, backward[1]) == (True, 90)
+    assert _ways(seen, "forward", ("walk",), place, np.ones(90, dtype=bool), 0.0) == (0, 90)
+    assert _ways(seen, "backward", ("walk",), place, np.ones(90, dtype=bool), 4.0) == (0, 90)
