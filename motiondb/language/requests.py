@@ -210,6 +210,24 @@ _MANNERS = (
         rf"({_HANDS})\s+(up|raised|high|overhead|{_OVERHEAD})(?:,|\s+and|\s+then)+\s+(?:back\s+)?down",
         r"raising \1 \2, then putting \1 down",
     ),
+    (
+        r"^((?:before|after)\s+\w+ing(?:\s+(?:up|down|away|off|on|out|over))?)\s+"
+        r"(?=(?:he|she|they|it|someone|somebody|(?:the|a)\s+(?:man|woman|person|actor|subject))\s)",
+        r"\1, ",
+    ),
+    (
+        r"^(.+?)\s+(?:at|in)\s+the\s+(?:very\s+)?(?:beginning|start)(?:,|\s+and|\s+then|\s+but)+\s+"
+        r"(.+?)\s+(?:at|in)\s+the\s+(?:very\s+)?end$",
+        r"\1, then \2",
+    ),
+    (
+        r"((?:^|,\s*|then\s+|and\s+))paus(?:es?|ing|ed)(?=\s*(?:$|,|then\b|and\b|for\b))",
+        r"\1standing still",
+    ),
+    (
+        r"(hop(?:s|ping|ped)?)\s+on\s+(?:the\s+|his\s+|her\s+)?(left|right)(?!\s+(?:leg|foot|side))",
+        r"\1 on the \2 leg",
+    ),
     (r"thumbs?[\s-]up", "thumbsup"),
     (r"com(?:es?|ing)\s+(?:back\s+)?down(?=\W|$)(?!\s+(?:the|a|to|on|from)\b)", "descending"),
     (r"high[\s-](?:five|5)s?", "highfive"),
@@ -338,19 +356,45 @@ def without_request(text: str) -> str:
     length = _LENGTH.search(text)
     if length is not None:
         text = f"{_LENGTH.sub('', text)} for a {'short' if length[1] else 'long'} time"
+    begins = _BEGINS.match(text) is not None
     text = _NAMED_CAPTURES.sub("", _OF_CAPTURES.sub("", text))
     text = _FROM_TO.sub(_then, _FROM_ONE.sub(_after, _BECOMES.sub(_change, text)))
     for phrase, word in ((r"in\s+reverse", "backward"), *_MANNERS):
         text = re.sub(rf"\b(?:{phrase})\b", word, text, flags=re.IGNORECASE)
     text = _SEAT.sub("sit down", _ABOUT_TO.sub("", text))
     text = _LIGHT.sub(lambda found: "" if _names_motion(found[1]) else found[0], text)
-    return re.sub(r"^\s*,\s*then\b", "", text).lstrip()
+    text = _SEVERAL.sub(_at_least_twice, text)
+    ended = re.sub(r"^\s*,\s*then\b", "", text).lstrip()
+    where = "end" if ended != text.lstrip() else "start" if begins else ""
+    if where and _IS_ONE.search(ended) is None:  # it is told that its place is not compared
+        return f"{ended} at the {where}"
+    return ended
 
 
 _NUMERAL = re.compile(r"\d+|one|two|three|four|five|six|ten|several|few", re.IGNORECASE)
 _OBJECTS = frozenset(
     ("box", "fish", "guard", "mop", "screen", "stamp")
 )  # Also things that one takes
+
+
+_SEVERAL = re.compile(
+    r"\b(?:several|multiple|many|repeated|numerous)\s+([^\W\d_]+s)\b"
+    r"(?=\s*(?:$|[,.;?!]|(?:and|then|in|with|while|on|of|to|by|without)\b))",
+    re.IGNORECASE,
+)
+_BEGINS = re.compile(
+    r"(?:\w+\s+){0,2}?(?:starts?|begins?|starting|beginning)\s+(?:off\s+|out\s+)?(?:with|by)\b",
+    re.IGNORECASE,
+)
+_IS_ONE = re.compile(r",|\b(?:then|and|while|or|but|at\s+the\s+end)\b", re.IGNORECASE)
+"""What joins another action to one."""
+
+
+def _at_least_twice(found: re.Match[str]) -> str:
+    """Several of an action, as a count; what was found, unless it is one."""
+    named = lemma(found[1])
+    is_action = named in VERBS - _OBJECTS - {"step"}
+    return f"{found[1]} at least twice" if is_action else found[0]
 
 
 def _change(found: re.Match[str]) -> str:

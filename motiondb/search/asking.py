@@ -86,7 +86,7 @@ from motiondb.search.takings import (
 )
 
 _OF_ARMS = frozenset((*SIDES, *LIMBS, "up", "overhead", "down"))  # Words of a moved hand
-COUNTED_EVENTS = frozenset((*COUNTED, "spin", "stop"))
+COUNTED_EVENTS = frozenset((*COUNTED, "spin", "stop", "turn"))
 """Events of which one is told from the next."""
 
 

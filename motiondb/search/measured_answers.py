@@ -10,7 +10,7 @@ follow.
 * The motion contradicts the question: no frame of the part goes in the direction, the other limb
   moves, there are more or fewer events, or it shows what the question excludes ("walk, but not
   forward"; "sit down without standing up afterwards"). The answer says so and has no probability.
-* The limb of the side moves, but not clearly more than the other (:data:`CLEAR_SIDE`), or a take of
+* The limb of the side moves, but not clearly more than the other (``CLEAR_SIDE``), or a take of
   more events holds as many in a row. The answer comes after clear ones, and has no probability.
 * The action goes in the direction elsewhere in the take, or its event is elsewhere: then the part
   is moved there. The place of an event is where it is; its probability is only told where the
@@ -72,6 +72,8 @@ from motiondb.search.asking import (
 )
 from motiondb.search.measured_amounts import gauge, gauged_action
 from motiondb.search.measured_postures import (
+    CLEAR_SIDE,
+    events_of_side,
     held_inside,
     held_meanwhile,
     lacks_posture,
@@ -87,7 +89,6 @@ from motiondb.search.seen_frames import SeenFrames
 _FLIES = frozenset(FLIGHTS)
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 MOST_OF_PLACE = 0.6  # Share of a place that goes in a direction of which it is said as a whole
-CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
 LEAVES = 1.0  # Seconds for which somebody who walks away must at least walk
 RESTS = 1.0  # Seconds for which somebody who does not move must at least be still
 AT_ONCE = 60  # Frames (2 s) between events that belong together
@@ -305,7 +306,7 @@ def _at_events(
     low, high = FEATURE_STEP * room.start, FEATURE_STEP * room.stop
     posture = posture_of(actions[0])
     found = _found(seen, event, part, bool(posture), low, high)
-    found = _of_side(seen, actions[0], found)
+    found = events_of_side(seen, actions[0], found)
     groups = [[one] for one in found] if posture and not is_repeated(part) else _groups(found)
     if is_repeated(part):
         groups = [g for g in (found, *groups) if _fits(part, len(g))]
@@ -371,18 +372,6 @@ def _groups(found: Sequence[tuple[int, int]]) -> list[list[tuple[int, int]]]:
         else:
             groups.append([one])
     return groups
-
-
-def _of_side(
-    seen: SeenFrames, action: Sequence[str], found: list[tuple[int, int]]
-) -> list[tuple[int, int]]:
-    """The events in which the limb of the side clearly moves; all if there is none."""
-    for side, limb in limbs_to_measure(action):
-        speeds = limb_speeds(seen.limbs, limb, action)
-        inside = [speeds[a // FEATURE_STEP : -(-b // FEATURE_STEP)] for a, b in found]
-        clear = [f for f, part in zip(found, inside) if side_amount(part, side) >= CLEAR_SIDE]
-        found = clear or found
-    return found
 
 
 def _leaves(

@@ -7,13 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
+from motiondb.body.features import FEATURE_STEP
+from motiondb.language.question.tree import SIDES
 from motiondb.language.vocabulary import SINGLE, as_said
-from motiondb.meaning.limb_sides import limb_held
+from motiondb.meaning.limb_sides import limb_held, limb_speeds, limbs_to_measure, side_amount
 from motiondb.meaning.postures import posture_of, say_posture, sitting, standing
+from motiondb.meaning.travelled import turning
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.placing import PartPlace, unsure
 from motiondb.search.seen_frames import SeenFrames
 
+CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
 WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
 LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
 """Height of a foot over the other one, m, and share of a place, of who is on one foot; frames
@@ -118,3 +122,18 @@ def on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> 
     alone = {"left": over, "right": -over}.get(held[0], np.abs(over)) > LIFTED
     leg = " ".join(map(as_said, held)) if held[0] == SINGLE else f"the {' '.join(held)}"
     return [] if len(feet) and alone.mean() >= ON_ONE else [f"is not on {leg} alone"]
+
+
+def events_of_side(
+    seen: SeenFrames, action: Sequence[str], found: list[tuple[int, int]]
+) -> list[tuple[int, int]]:
+    """The turns to the side; other events in which its limb clearly moves, all if there is none."""
+    if turning(action) and len(SIDES.intersection(action)) == 1 and not seen.is_away:
+        sign = 1.0 if "left" in action else -1.0
+        return [(a, b) for a, b in found if sign * seen.track[a:b, 3].sum() > 0.0]
+    for side, limb in limbs_to_measure(action):
+        speeds = limb_speeds(seen.limbs, limb, action)
+        inside = [speeds[a // FEATURE_STEP : -(-b // FEATURE_STEP)] for a, b in found]
+        clear = [f for f, part in zip(found, inside) if side_amount(part, side) >= CLEAR_SIDE]
+        found = clear or found
+    return found

@@ -122,7 +122,26 @@ def test_changes_and_named_captures_are_read_as_they_are_meant(text: str, asked:
         ("walks with arms spread wide", "walk while raise both arm"),
         ("hip hop", "hiphop"),
         ("pushed by someone", "push"),
+        ("kick or punch but not both", "kick or punch"),
+        ("before jumping he squats", "squat, then jump"),
+        ("jump, pause, jump", "jump, then stand still, then jump"),
+        ("several jumps", "jump at least 2 times"),
+        ("walk in the beginning and run at the end", "walk, then run"),
+        ("hop on left then hop on right", "hop left leg, then hop right leg"),
+        ("starts with a walk and ends with a jump", "walk, then jump"),
     ],
 )
 def test_phrases_of_manner_are_read_as_what_is_measured(text: str, understood: str) -> None:
     assert say(parse(without_request(text)).tree) == understood
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("ends with a jump", "at the end"),
+        ("clips that begin with a squat", "at the start"),
+        ("kick or punch but not both", "but not both"),
+    ],
+)
+def test_what_a_single_action_does_not_honour_is_told(text: str, told: str) -> None:
+    assert [part.text for part in parse(without_request(text)).not_used] == [told]

@@ -11,7 +11,7 @@ import pytest
 
 import motiondb
 from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import readings, say
+from motiondb.language.question.readings import readings, say, say_count
 from motiondb.meaning.occurrences import find_occurrences
 from motiondb.meaning.postures import sitting
 from motiondb.records import FloatArray
@@ -348,3 +348,16 @@ def test_of_a_long_place_the_part_that_goes_in_the_direction_is_told() -> None:
     assert (55 <= backward[0] <= 65, backward[1]) == (True, 90)
     assert _ways(seen, "forward", ("walk",), place, np.ones(90, dtype=bool), 0.0) == (0, 90)
     assert _ways(seen, "backward", ("walk",), place, np.ones(90, dtype=bool), 4.0) == (0, 90)
+
+
+def test_turns_are_counted_by_their_side(db: motiondb.MotionDB) -> None:
+    answer = db.search("turn left twice", limit=60)
+    for match in answer.matches:
+        track = track_of(db, match.capture)
+        turned = [track[a:b, 3].sum() for a, b in find_occurrences(track, "turn")]
+        n = sum(one > 0.0 for one in turned)
+        if match.contradicted:
+            assert f"turn {say_count(n, n)}" in match.contradicted[0]
+        else:
+            assert n >= 2
+    assert any(match.contradicted for match in answer.matches)

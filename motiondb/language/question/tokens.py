@@ -80,7 +80,10 @@ _WORDS = (
         r"|(?:gets?|getting|got|is|are|was|were|being|been)"
         r"(?=\s+(?:hit|pushed|thrown|kicked|punched|struck|shoved|pulled|knocked|tackled|dragged)\b)",
     ),
-    ("only", r"only|exclusively|solely|nothing\s+but|nothing\s+else"),
+    (
+        "only",
+        r"(?:but\s+)?not\s+both(?!\s+[a-z])|only|exclusively|solely|nothing\s+but|nothing\s+else",
+    ),
     (
         "then",
         r"then|after\s+(?:that|this|which|a\s+while)|afterwards?|subsequently|thereafter"
