@@ -231,6 +231,7 @@ _MANNERS = (
     (r"thumbs?[\s-]up", "thumbsup"),
     (r"com(?:es?|ing)\s+(?:back\s+)?down(?=\W|$)(?!\s+(?:the|a|to|on|from)\b)", "descending"),
     (r"high[\s-](?:five|5)s?", "highfive"),
+    (r"box[\s-]+(jumps?)", r"\1 onto a box"),
     *(
         (
             rf"(?:vertical\s+)?standing\s+{kind}(?:jump|leap|hop)(s?)",
