@@ -125,15 +125,14 @@ def leg_raised(words: Sequence[str]) -> str | None:
 
     >>> leg_raised(("raise", "left", "knee")), leg_raised(("knee", "up", "high"))
     ('left', '')
+    >>> leg_raised(("high", "knee")) is None
+    False
     >>> leg_raised(("kick", "leg", "up")), leg_raised(("stand", "up", "leg"))
     (None, None)
     """
     legs = {"knee", "thigh", "leg"}.intersection(words)
-    if (
-        _RAISES.isdisjoint(words)
-        or not legs
-        or {*words} - _RAISES - PLAIN - SIDES - legs - {"high"}
-    ):
+    up = _RAISES | {"high"}
+    if up.isdisjoint(words) or not legs or {*words} - up - PLAIN - SIDES - legs:
         return None
     return _side_of(words, legs)
 
