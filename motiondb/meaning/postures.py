@@ -13,8 +13,9 @@ kneel               a time of at least 0.5 s in which a knee is on the ground, a
 stand still         a time of at least 0.5 s of standing in which neither pelvis nor limbs move
 hand at             a time of at least 0.3 s in which a hand, or both, is at a part of the body, at
                     the floor or at the other hand: "at left hip" is the left hand at a hip
-lift                a time of at least 0.3 s in which a thigh is level, or a foot 0.3 m above the
-                    other, the trunk upright and the other thigh not level: "raise the knee"
+lift                a time of at least 0.3 s in which a thigh is level and its foot 0.1 m above the
+                    other, or 0.3 m, the trunk upright and the other thigh not level: "raise the
+                    knee"
 stay low            a time of at least 0.3 s on the feet in which the pelvis is 0.15 m lower than in
                     standing
 stoop               a time of at least 0.3 s of standing or travelling in which the trunk leans 0.5
@@ -85,6 +86,7 @@ HANGS, LOWERED_WITHIN, BEFORE_LOWERING = -0.25, 45, 15
 there, and frames (0.5 s) before."""
 SHORTEST_TOUCH = 4  # Frames (0.13 s) for which a hand is at least at the floor or a foot
 STAYS_LOW = 0.15  # Metres by which the pelvis is lower than in standing, of who stays low
+OFF_GROUND = 0.1  # The same with a level thigh, m: the knee of a low stance is not raised
 LIFTED = 0.3  # Height of a foot above the other one, m, of a raised leg
 LYING, KNEE_DOWN, FOOT_UP, RESTS = 1.2, 0.15, 0.15, 0.6
 """Angle of the trunk from upright of somebody who lies, rad; height of a knee that is on the
@@ -212,7 +214,7 @@ def _of_side(each: NDArray[np.bool_], side: str) -> NDArray[np.bool_]:
 def _leg_raised(track: FloatArray, side: str) -> NDArray[np.bool_]:
     """Frames in which the leg of a side, or any, is raised, and the other one is not."""
     over = track[:, 4:6] - track[:, 5:3:-1]  # of a foot over the other one
-    up = (track[:, 20:22] > SEATED) | (over > LIFTED)
+    up = ((track[:, 20:22] > SEATED) & (over > OFF_GROUND)) | (over > LIFTED)
     return _of_side(up & (track[:, 21:19:-1] < SEATED), side)
 
 

@@ -188,7 +188,7 @@ def test_the_posture_of_an_action(action: tuple[str, ...], posture: str) -> None
 def test_postures_last_while_they_are_held() -> None:
     """A raised knee, a bent trunk and low walking, each for half a second; and two landings."""
     track = np.hstack([standing(), np.zeros((150, 6))])
-    track[20:35, 20] = 1.4  # the left thigh is level
+    track[10:35, 20], track[20:35, 4] = 1.4, 0.2  # the left thigh is level, then its foot is up
     assert find_occurrences(track, "lift left") == [(20, 35)]
     assert find_occurrences(track, "lift right") == []
     track[40:55, HEIGHT] -= 0.2
