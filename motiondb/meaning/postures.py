@@ -86,8 +86,8 @@ HANGS, LOWERED_WITHIN, BEFORE_LOWERING = -0.25, 45, 15
 there, and frames (0.5 s) before."""
 SHORTEST_TOUCH = 4  # Frames (0.13 s) for which a hand is at least at the floor or a foot
 STAYS_LOW = 0.15  # Metres by which the pelvis is lower than in standing, of who stays low
-OFF_GROUND = 0.1  # The same with a level thigh, m: the knee of a low stance is not raised
 LIFTED = 0.3  # Height of a foot above the other one, m, of a raised leg
+OFF_GROUND = 0.1  # The same of a level thigh: the knee of a low stance is not raised
 LYING, KNEE_DOWN, FOOT_UP, RESTS = 1.2, 0.15, 0.15, 0.6
 """Angle of the trunk from upright of somebody who lies, rad; height of a knee that is on the
 ground, and of a foot above the one that is, m; speed over the ground of these postures, m/s."""
