@@ -4,7 +4,7 @@ import { rgbOf, tintOf } from "../src/parts/tint.ts";
 import { bytesText, plural, seconds, signed } from "../src/parts/text.ts";
 import { lacksLane, packRows, stretchLane, symbolLane, wordLane } from "../src/timeline/lanes.ts";
 import { niceTicks } from "../src/timeline/ticks.ts";
-import { pixelsOf } from "../src/timeline/timeline.ts";
+import { pixelsOf } from "../src/dom/wheel.ts";
 import type { PlacedSymbol } from "../src/api/types.ts";
 import { MOST, strokeFrom, strokeTo } from "../src/views/search/path.ts";
 import { tapped, textOf, timesOf } from "../src/views/search/rhythm.ts";

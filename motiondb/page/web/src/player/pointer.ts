@@ -1,5 +1,6 @@
 /** Turn, move and zoom the camera with mouse, pen or fingers. */
 
+import { pixelsOf } from "../dom/wheel.ts";
 import { pan, turn, zoom } from "./camera.ts";
 import type { Screen } from "./screen.ts";
 
@@ -44,7 +45,7 @@ export function steer(screen: Screen, wheel: boolean): void {
       // In a list the wheel scrolls the page; with Ctrl it zooms, as everywhere.
       if (!wheel && !event.ctrlKey) return;
       event.preventDefault();
-      screen.setOrbit(zoom(screen.orbit, Math.exp(event.deltaY * 0.0012)));
+      screen.setOrbit(zoom(screen.orbit, Math.exp(pixelsOf(event) * 0.0012)));
     },
     { passive: false },
   );

@@ -1,5 +1,6 @@
 /** A take over time: lanes of blocks, a cursor, and a part selected by dragging. */
 
+import { PAGE, pixelsOf } from "../dom/wheel.ts";
 import { fill, h } from "../dom/element.ts";
 import { packRows, type Block, type Lane } from "./lanes.ts";
 import { niceTicks } from "./ticks.ts";
@@ -38,15 +39,6 @@ const GRIP = 7;
 /** Seconds of a take that are seen at the nearest, and how much nearer a button brings it. */
 const NEAREST = 2;
 const NEARER = 1.6;
-
-/** Pixels that a line and a page of a wheel are; a page brings a part e times as near. */
-const LINE = 16;
-const PAGE = 400;
-
-/** How far a wheel was turned, pixels: browsers count pixels, lines or pages. */
-export function pixelsOf({ deltaY, deltaMode }: Pick<WheelEvent, "deltaY" | "deltaMode">): number {
-  return deltaY * ([1, LINE, PAGE][deltaMode] ?? 1);
-}
 
 export function makeTimeline(options: TimelineOptions): Timeline {
   const { duration } = options;

@@ -2,6 +2,7 @@
 
 import type { PlacedSymbol, SpaceReply } from "../../api/types.ts";
 import { h, svg } from "../../dom/element.ts";
+import { pixelsOf } from "../../dom/wheel.ts";
 import { tintOf, type Tint } from "../../parts/tint.ts";
 import type { Motions } from "../../api/motions.ts";
 import { axisEnds, LIKELY, type AxisEnds } from "./clusters.ts";
@@ -200,7 +201,7 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
     "wheel",
     (event) => {
       event.preventDefault();
-      setZoom(zoomAt(zoom, Math.exp(-event.deltaY * 0.0015), ...placeOf(event), SIZE));
+      setZoom(zoomAt(zoom, Math.exp(-pixelsOf(event) * 0.0015), ...placeOf(event), SIZE));
     },
     { passive: false },
   );
