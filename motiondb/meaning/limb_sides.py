@@ -55,11 +55,10 @@ HAND_PLACES = (
 """Where a hand is measured to be: a bit of :func:`places_of_hands` each, twice."""
 PLACES_ASKED = (*HAND_PLACES, *_OF_TWO)
 _TOUCHES = frozenset(("touch", "scratch", "rub", "cover", "pat", "tap", "clutch", "feel"))
-"""Verbs whose hand need not be said."""
+"""Verbs whose hand need not be said, but for those of ``_OF_FEET`` at the floor or a foot."""
+_OF_FEET = frozenset(("tap", "pat", "cover"))  # "tap the foot", "cover the ground"
 _HANDS = frozenset(("hand", "fist", "palm", "finger", "arm", "wrist"))
-_BESIDE = frozenset(
-    ("rest", "place", "lay", "bring", "raise", "lift", "lean", "behind", "on", "up")
-)
+_BESIDE = frozenset(("rest", "place", "bring", "raise", "lift", "lean", "behind", "on", "up"))
 PALM, FACE = 0.09, 0.06  # Metres from the wrist to the palm, and from the joint of the head up
 BENT = 0.9  # Most share of an arm's length from shoulder to wrist, of a hand at the hip or the back
 _NEAR = {
@@ -123,17 +122,14 @@ def arm_raised(words: Sequence[str]) -> str | None:
 def leg_raised(words: Sequence[str]) -> str | None:
     """The side, as of :func:`arm_raised`, of an action that raises a knee or a leg.
 
-    >>> leg_raised(("raise", "left", "knee")), leg_raised(("knee", "up", "high"))
+    >>> leg_raised(("raise", "left", "knee")), leg_raised(("high", "knee"))
     ('left', '')
     >>> leg_raised(("kick", "leg", "up")), leg_raised(("stand", "up", "leg"))
     (None, None)
     """
     legs = {"knee", "thigh", "leg"}.intersection(words)
-    if (
-        _RAISES.isdisjoint(words)
-        or not legs
-        or {*words} - _RAISES - PLAIN - SIDES - legs - {"high"}
-    ):
+    raised = not _RAISES.isdisjoint(words) or {"knee", "high"} <= {*words}
+    if not raised or not legs or {*words} - _RAISES - PLAIN - SIDES - legs - {"high"}:
         return None
     return _side_of(words, legs)
 
@@ -161,13 +157,19 @@ def hand_at(words: Sequence[str]) -> tuple[str, str] | None:
     (('both', 'hip'), ('right', 'left knee'))
     >>> hand_at(("hand", "behind", "back")), hand_at(("arm", "cross")), hand_at(("touch", "toe"))
     (('any', 'back'), ('any', 'other elbow'), ('any', 'foot'))
-    >>> hand_at(("wave", "hand", "head")), hand_at(("touch", "foot", "ground"))
+    >>> hand_at(("hand", "fold")), hand_at(("wave", "hand", "head"))
+    (('any', 'other hand'), None)
+    >>> hand_at(("touch", "foot", "ground")), hand_at(("tap", "toe"))
     (None, None)
     """
     hands, named = _HANDS.intersection(words), [word for word in words if word in _PLACE_OF]
     if len(named) != 1 or not (hands or _TOUCHES.intersection(words)):
         return None
     place = _PLACE_OF[named[0]]
+    if place in ("foot", "floor") and not (hands or (_TOUCHES - _OF_FEET).intersection(words)):
+        return None
+    if place == "other elbow" and "arm" not in hands:
+        place = "other hand"  # "fold the hands"
     rest = {*words} - {*named} - SIDES - hands - _TOUCHES - PLAIN - _BESIDE
     is_meant = place.startswith("other") <= bool(hands) and (place == "back") <= ("behind" in words)
     if rest or not is_meant or (place == "shoulder" and not _RAISES.isdisjoint(words)):
