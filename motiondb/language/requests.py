@@ -237,11 +237,13 @@ _MANNERS = (
     (
         rf"({_GOING})\s+(?:(?:in\s+a|while)\s+)?(?:(?:low|deep)\s+(?=crouch))?"
         r"(?:crouch(?:ed|ing)?|low(?!\s+(?:speed|pace)))(?:\s+down)?(?:\s+(?:position|posture))?"
-        r"(?:\s+and(\s+(?:slow(?:ly)?|fast|quick(?:ly)?)))?(?=\s*(?:$|[,.;?!]|then\b|and\b))",
+        r"(?:\s+and(\s+(?:slow(?:ly)?|fast|quick(?:ly)?)))?"
+        r"(?=\s*(?:$|[,.;?!]|(?:then|and|for\s+\w+\s+s|while|until|before|after|across|through)))",
         r"\1\2 while staying low",
     ),
     (
-        rf"(?:crouch(?:ed|ing)?|low)[\s-]+(?!pac)({_GOING})(?!\s+(?:speed|pace))",
+        rf"(?:crouch(?:ed|ing)?|low)[\s-]+(?!pac)({_GOING}(?:\s+(?:to\s+the\s+)?(?:{_WAYS}|[^\W\d_]+ly))*)"
+        r"(?!\s+(?:speed|pace))",
         r"\1 while staying low",
     ),
     (

@@ -134,6 +134,8 @@ def test_changes_and_named_captures_are_read_as_they_are_meant(text: str, asked:
         ("walks with arms out in front", "walk while raise both arm"),
         ("walks low and slow", "walk slowly while stay low"),
         ("walks in a low crouch", "walk while stay low"),
+        ("crouch walk backwards", "walk backward while stay low"),
+        ("walks low for 2 s", "walk while (stay low for 2 s)"),
         ("runs bent-kneed", "run bend knee"),
         ("hands up and down the stairs", "hand up and down stair"),
         ("jumps high five times", "jump high 5 times"),
