@@ -30,6 +30,7 @@ another side in none, and in one of 112 that walk and run.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -119,6 +120,12 @@ def posture_of(action: Sequence[str]) -> str:
     >>> posture_of(("both", "hand", "hip")), posture_of(("stand", "up"))
     ('at both hip', '')
     """
+    return _posture_of(tuple(action))
+
+
+@lru_cache(1024)  # each capture is asked for the same few
+def _posture_of(action: tuple[str, ...]) -> str:
+    """The posture of an action, as :func:`posture_of`."""
     words = {*action}
     if {"hand", "stand"} <= words:
         return ""
