@@ -80,7 +80,7 @@ _ON_BODY = (
 )
 _AT_REST = (
     r"(?:an?\s+)?(?:standstill|standing(?:\s+(?:position|still|start))?"
-    r"|rest(?=\s*(?:$|[,.;?!]|(?:and|then)\b)))(?!\s+(?:(?:in)?to|on|in|at|still|start|position)\b)"
+    r"|rest(?=\s*(?:$|[,.;?!]|(?:and|then|twice)\b)))(?!\s+(?:(?:in)?to|on|in|at|still|start|position)\b)"
 )
 _NOT_FROM_REST = (  # "gets up from rest"; a way is no verb
     r"(?:(?:start|begin|g[eo]t|wak|woke|ris|rose|stand|stood|recover|return)\w*|is|was|are|were"
@@ -101,7 +101,7 @@ _MANNERS = (
     ),
     *(
         (
-            r"(?:gets?|getting|got|goes|go|going|went|drops?|dropp(?:ed|ing)|f[ae]lls?)\s+"
+            r"(?:gets?|getting|got|goes|go|going|went|drops?|dropp(?:ed|ing)|f[ae]lls?|com(?:es?|ing))\s+"
             rf"(?:down\s+)?(?:on|to|onto)\s+(?:(?:one|both|his|her|their|the|a)\s+)*{which}",
             kneels,
         )
@@ -197,6 +197,16 @@ _MANNERS = (
         r"while raising \1 \2\3",
     ),
     (
+        rf"with\s+({_HANDS})\s+(?:akimbo|held\s+at\s+the\s+hips)",
+        r"while holding \1 on the hips",
+    ),
+    (r"arms\s+akimbo", "hands on the hips"),
+    (
+        rf"(?:com(?:es?|ing)|touch(?:es|ing)?)\s+(?:back\s+)?down(?=\s+on\s+(?:one|both|{_LEGS}))"
+        r"(?!\s+on\s+\w+\s+knees?)",
+        "land",
+    ),
+    (
         rf"with\s+({_HANDS})\s+(?:(?:held|kept|placed|resting|clasped)\s+)?"
         rf"((?:on|at|behind|against|over)(?={_ON_BODY})|together|crossed|folded)",
         r"while holding \1 \2",
@@ -233,7 +243,11 @@ _MANNERS = (
         r"(?:sel(?:f|ves))?)?)?",
         "while raising both arms ",
     ),
-    (r"with\s+(?:high|raised|lifted)\s+knees", "while raising the knees"),
+    (
+        r"with\s+(?:(?:high|raised|lifted)\s+knees|(?:(?:both|his|her|their|the)\s+)*knees\s+"
+        r"(?:up(?:\s+high)?|high|raised|lifted))",
+        "while raising the knees",
+    ),
     (
         rf"({_GOING})\s+(?:(?:in\s+a|while)\s+)?(?:(?:low|deep)\s+(?=crouch))?"
         r"(?:crouch(?:ed|ing)?|low(?!\s+(?:speed|pace)))(?:\s+down)?(?:\s+(?:position|posture))?"

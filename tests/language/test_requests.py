@@ -147,6 +147,12 @@ def test_changes_and_named_captures_are_read_as_they_are_meant(text: str, asked:
         ("in an 8 shape", "in a figure eight"),
         ("arms cross-armed", "arm cross arm"),
         ("thumbs up", "thumbs up"),
+        ("stands with arms akimbo", "stand while hold arm hip"),
+        ("jumps from rest twice", "stand still, then (jump 2 times)"),
+        ("a landing on one foot", "land one foot"),
+        ("comes down on both feet", "land both foot"),
+        ("comes down on one knee", "kneel down"),
+        ("jumps with knees up", "jump while raise knee"),
     ],
 )
 def test_phrases_of_manner_are_read_as_what_is_measured(text: str, understood: str) -> None:
