@@ -66,6 +66,7 @@ from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.meaning.amounts import amounts_of, off, outside
 from motiondb.meaning.direction import directions_of, is_as_in_search, words_of_measured
+from motiondb.meaning.limb_sides import hand_at
 from motiondb.meaning.occurrences import FLIGHTS, measured_track
 from motiondb.meaning.postures import EVERY_POSTURE, is_posture_alone, posture_of
 from motiondb.records import MOTION_FPS, IntArray
@@ -353,6 +354,8 @@ def _each_word_once(question: Question) -> Question:
     """Drop words of an action that mean the same as another one ("walk on tiptoes")."""
 
     def once(action: Action) -> Action:
+        if hand_at(action.words):  # "the left hand at the left hip"
+            return action
         words = tuple(dict.fromkeys(action.words))
         if "hop" in words and SINGLE in words:  # as who hops does
             words = tuple(w for w in words if w not in {SINGLE, "leg", "foot"})

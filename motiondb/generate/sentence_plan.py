@@ -115,7 +115,8 @@ class PlannedAction:
     @property
     def posture(self) -> str:
         """The posture that it takes, if it does nothing else but stand or sit; "" for others."""
-        words = tuple(dict.fromkeys(word for group in self.posed for word in group))
+        each = self.posed  # of several groups, the same words once
+        words = each[0] if len(each) == 1 else tuple(dict.fromkeys(w for one in each for w in one))
         return posture_of(words) if all(map(is_posture_alone, self.posed)) else ""
 
     @property
@@ -215,7 +216,7 @@ def _with_amount(
 def _plan_action(node: Action, notes: _Notes) -> list[PlannedAction]:
     """One action; words of speed are not among the words to show."""
     speeds = [speed for word in node.all_words if (speed := speed_of(word))]
-    words = tuple(dict.fromkeys(word for word in node.all_words if not speed_of(word)))
+    words = tuple(word for word in node.all_words if not speed_of(word))
     if not words:
         notes.left.append(NotUsed(say(node), "it names no action"))
         return []

@@ -19,7 +19,7 @@ _VERBS = """
 balance ballet bend block bounce bow box break breakdance catch circle clap climb crawl crouch
 dance dangle dash descend dip dive dodge drag dribble drink drive drop duck fall feint fight fish
 flap flip fold gallop grab guard hang hit hold hop hug hurdle jab jerk jog juggle jump kick kneel
-laugh lean leap lift limp lower lunge march mop nod pass pick pivot point pose pull punch push
+land laugh lean leap lift limp lower lunge march mop nod pass pick pivot point pose pull punch push
 raise reach rest roll rotate run salute scratch screen screw shake shoot shrug shuffle sit skate
 skip slide slip sneak spin sprint squat stagger stamp stand start step stomp stop stretch stroke
 stroll strike stumble sweep swim swing throw tilt tiptoe toss touch trip trot turn twirl twist

@@ -73,6 +73,21 @@ _TURNING_ROUND = (  # also "a half turn", "a 180-degree turn"
     r"(?:(?:turn|spin|rotat|pivot)\w*\s+(?:a?round|180\b|half\b)[^,;.]*?|turn(?:s|ing|ed)?)"
 )
 _GOING = r"(?:walk|run|jog|pac|march|strid|stroll|sprint)(?:e?s|n?ing|ging|ed|e)?"
+_ON_BODY = (
+    rf"(?:\s+(?:{_DETERMINED}|each|own)){{0,3}}\s+(?:heads?|faces?|chin|mouth|cheeks?|forehead|ears?|nose"
+    r"|eyes?|hair|chest|heart|backs?|floor|ground|hips?|waist|knees?|thighs?|laps?|f(?:oo|ee)t|toes?"
+    r"|ankles?|shins?|shoulders?)\b"
+)
+_AT_REST = (
+    r"(?:an?\s+)?(?:standstill|standing(?:\s+(?:position|still|start))?"
+    r"|rest(?=\s*(?:$|[,.;?!]|(?:and|then|twice)\b)))(?!\s+(?:(?:in)?to|on|in|at|still|start|position)\b)"
+)
+_NOT_FROM_REST = (  # "gets up from rest"; a way is no verb
+    r"(?:(?:start|begin|g[eo]t|wak|woke|ris|rose|stand|stood|recover|return)\w*|is|was|are|were"
+    r"|up|off|away|out|down|left|right|back|forward|backward|sideways|high|far|fast|quick|and|then)\b"
+)
+_NO_STAIRS = r"(?!\s+(?:the|an?|some|on|to|from|\w*stairs|steps)\b)"
+_WAYS = r"up|off|away|out|down|left|right|back|(?:for|back)wards?|sideways|high|far|fast|twice"
 _MANNERS = (
     (
         rf"({_GOING})((?:\s+(?!up\b|back\b|to\b)\w+)?)\s+(?:back\s+and\s+forth|to\s+and\s+fro"
@@ -86,7 +101,7 @@ _MANNERS = (
     ),
     *(
         (
-            r"(?:gets?|getting|got|goes|go|going|went|drops?|dropp(?:ed|ing)|f[ae]lls?)\s+"
+            r"(?:gets?|getting|got|goes|go|going|went|drops?|dropp(?:ed|ing)|f[ae]lls?|com(?:es?|ing))\s+"
             rf"(?:down\s+)?(?:on|to|onto)\s+(?:(?:one|both|his|her|their|the|a)\s+)*{which}",
             kneels,
         )
@@ -161,7 +176,10 @@ _MANNERS = (
         r"(one|(?:the|his|her|their)\s+(?:left|right))\s+(leg|foot)",
         r"hopping\2 on \3 \4",
     ),
-    (rf"(?:(?:mov|rais|lift)(?:es?|s|ing|ed)\s+)?({_HANDS})\s+up\s+and\s+down", r"raising \1"),
+    (
+        rf"(?:(?:mov|rais|lift)(?:es?|s|ing|ed)\s+)?({_HANDS})\s+up\s+and\s+down{_NO_STAIRS}",
+        r"raising \1",
+    ),
     (
         r"(?:imitat|mimick?)(?:es?|s|ing|ed)?|pretend(?:s|ing|ed)?\s+to\s+be|act(?:s|ing|ed)?\s+(?:like|as)(?!\s+if\b)"
         r"|(?:mov(?:es?|ing|ed)|behav(?:es?|ing|ed)|goes|going)\s+like"
@@ -179,35 +197,77 @@ _MANNERS = (
         r"while raising \1 \2\3",
     ),
     (
+        rf"with\s+({_HANDS})\s+(?:akimbo|held\s+at\s+the\s+hips)",
+        r"while holding \1 on the hips",
+    ),
+    (r"arms\s+akimbo", "hands on the hips"),
+    (
+        rf"(?:com(?:es?|ing)|touch(?:es|ing)?)\s+(?:back\s+)?down(?=\s+on\s+(?:one|both|{_LEGS}))"
+        r"(?!\s+on\s+\w+\s+knees?)",
+        "land",
+    ),
+    (
         rf"with\s+({_HANDS})\s+(?:(?:held|kept|placed|resting|clasped)\s+)?"
-        rf"(on|at|behind|against|over|together|crossed|folded)\b",
+        rf"((?:on|at|behind|against|over)(?={_ON_BODY})|together|crossed|folded)",
         r"while holding \1 \2",
     ),
-    (r"(?:a\s+)?u-turns?|(?:an?\s+)?about[\s-](?:face|turn)s?", "turn 180 degrees"),
     (
-        r"((?:start|begin)(?:s|ning|ing|ed)?\s+)?((?:to\s+)?[^\W\d_]+(?:\s+[^\W\d_]+ly)?)\s+(?:out\s+)?from\s+"
-        r"(?:an?\s+)?(?:standstill|standing(?:\s+(?:position|still|start))?|rest(?=\W|$))(?!\s+(?:in)?to\b)",
-        r"standing still, then \2",
+        rf"with\s+({_HANDS})\s+(?:held\s+)?behind(?=\s*(?:$|[,.;?!]))",
+        r"while holding \1 behind the back",
+    ),
+    (
+        r"(?:a\s+)?u[\s-]?turn(?:s|ing|ed)?|(?:an\s+)?about-(?:face|turn)s?|an\s+about\s+turn"
+        r"|(?:an\s+)?about\s+face(?=\s*(?:$|[,.;?!]|and\b|then\b))",
+        "turn 180 degrees",
+    ),
+    (
+        rf"(?:(?:start|begin)(?:s|n?ing|ed)?\s+)?((?:to\s+)?(?!{_NOT_FROM_REST})[^\W\d_]+"
+        rf"(?:\s+(?:{_WAYS}|[^\W\d_]+ly)){{0,2}})\s+from\s+{_AT_REST}",
+        r"standing still, then \1",
+    ),
+    (
+        rf"(?:start|begin)(?:s|n?ing|ed)?\s+(?:off\s+|out\s+)?from\s+{_AT_REST}"
+        r"(?:\s*,)?(?:\s+(?:and|then))+",
+        "standing still, then",
+    ),
+    (
+        rf"(?:start|begin)(?:s|n?ing|ed)?\s+(?:off\s+|out\s+)?from\s+{_AT_REST}"
+        rf"|^from\s+{_AT_REST}(?=\s*,)",
+        "standing still",
     ),
     (
         r"with\s+(?:both\s+|(?:his|her|their|the)\s+)*arms\s+"
-        r"(?:(?:held|stretched|extended|spread)\s+(?:out\s*)?|out\b\s*)(?:wide|straight)?\s*"
-        r"(?:to\s+(?:the|both|each|his|her|their)\s+sides?|sideways|wide|like\s+wings)?",
+        r"(?:(?:held|stretched|extended|spread)\s+(?:out\s*)?|out\b\s*)(?:wide|straight)?"
+        r"(?!\s*(?:behind|back|down|out|of)(?:wards?)?\b)\s*(?:to\s+(?:the|both|each|his|her|their)\s+(?:sides?|front)"
+        r"|sideways|wide|like\s+wings|forwards?|in\s+front(?:\s+of\s+(?:him|her|them|the\s+body)"
+        r"(?:sel(?:f|ves))?)?)?",
         "while raising both arms ",
     ),
-    (r"with\s+(?:high|raised|lifted)\s+knees", "while raising the knees"),
     (
-        rf"({_GOING})\s+(?:(?:in\s+a|while)\s+)?(?:crouch(?:ed|ing)?|low(?!\s+(?:speed|pace)))"
-        r"(?:\s+down)?(?:\s+(?:position|posture))?(?=\s*(?:$|[,.;?!]|then\b|and\b))",
+        r"with\s+(?:(?:high|raised|lifted)\s+knees|(?:(?:both|his|her|their|the)\s+)*knees\s+"
+        r"(?:up(?:\s+high)?|high|raised|lifted))",
+        "while raising the knees",
+    ),
+    (
+        rf"({_GOING})\s+(?:(?:in\s+a|while)\s+)?(?:(?:low|deep)\s+(?=crouch))?"
+        r"(?:crouch(?:ed|ing)?|low(?!\s+(?:speed|pace)))(?:\s+down)?(?:\s+(?:position|posture))?"
+        r"(?:\s+and(\s+(?:slow(?:ly)?|fast|quick(?:ly)?)))?"
+        r"(?=\s*(?:$|[,.;?!]|(?:then|and|for\s+\w+\s+s|while|until|before|after|across|through)))",
+        r"\1\2 while staying low",
+    ),
+    (
+        rf"(?:crouch(?:ed|ing)?|low)[\s-]+(?!pac)({_GOING}(?:\s+(?:to\s+the\s+)?(?:{_WAYS}|[^\W\d_]+ly))*)"
+        r"(?!\s+(?:speed|pace))",
         r"\1 while staying low",
     ),
-    (rf"(?:crouch(?:ed|ing)?|low)[\s-]+({_GOING})", r"\1 while staying low"),
     (
-        rf"({_GOING})\s+(?:while\s+)?(?:bent|hunched|stooped)(?:\s+(?:over|forward))?",
+        rf"({_GOING})\s+(?:while\s+)?(?:bent|hunched|stooped)(?:\s+(?:over|forward))?"
+        r"(?![\s-]+(?:on|over|(?:knee|leg|arm|elbow)\w*)\b)",
         r"\1 while stooping",
     ),
     (
-        rf"({_HANDS})\s+(up|raised|high|overhead|{_OVERHEAD})(?:,|\s+and|\s+then)+\s+(?:back\s+)?down",
+        rf"({_HANDS})\s+(up|raised|high|overhead|{_OVERHEAD})(?:,|\s+and|\s+then)+\s+(?:back\s+)?"
+        rf"down{_NO_STAIRS}",
         r"raising \1 \2, then putting \1 down",
     ),
     (
@@ -228,14 +288,11 @@ _MANNERS = (
         r"(hop(?:s|ping|ped)?)\s+on\s+(?:the\s+|his\s+|her\s+)?(left|right)(?!\s+(?:leg|foot|side))",
         r"\1 on the \2 leg",
     ),
-    (r"thumbs?[\s-]up", "thumbsup"),
-    (r"com(?:es?|ing)\s+(?:back\s+)?down(?=\W|$)(?!\s+(?:the|a|to|on|from)\b)", "descending"),
-    (r"high[\s-](?:five|5)s?", "highfive"),
     (r"box[\s-]+(jumps?)", r"\1 onto a box"),
     *(
         (
-            rf"(?:vertical\s+)?standing\s+{kind}(?:jump|leap|hop)(s?)",
-            rf"standing still, then jump\1{way}",
+            rf"(?:vertical\s+)?standing\s+{kind}(jump|leap|hop)(s?)(?!\s+(?:rope|shot|jack))",
+            rf"standing still, then \1\2{way}",
         )
         for kind, way in (
             (r"(?:long|broad)\s+", " forward"),
@@ -243,8 +300,6 @@ _MANNERS = (
             ("", ""),
         )
     ),
-    (r"flying\s+(?=kick|knee|punch)", "jumping "),
-    (r"to(?=\s+(?:touch|scratch|rub|cover)\s)", "and"),
     (r"vertical(?:ly)?\s+((?:jump|leap|hop)\w*)", r"\1 up in place"),
     (r"slow(?:s|ing|ed)?\s+down", "slow"),
     (
@@ -301,8 +356,11 @@ _ABOUT_TO = re.compile(
     r"|proceeded|wants?|wanted|likes?|used|ends\s+up|seems?|appears?)\s+to)(?=\s+[^\W\d_])",
     re.IGNORECASE,
 )
-
-
+_TO_TOUCH = re.compile(
+    r"\b(?:(?:going|asked|told)\s+)?to(?=\s+(?:touch|scratch|rub|cover)\s"
+    r"(?!(?:(?:the|some|more)\s+)?(?:distance|ground)\b))",
+    re.IGNORECASE,
+)
 QUOTES = (('"', '"'), ("\u201c", "\u201d"), ("\u201e", "\u201c"))
 """Pairs of quotation marks, which may stand around a question."""
 
@@ -362,7 +420,7 @@ def without_request(text: str) -> str:
     text = _FROM_TO.sub(_then, _FROM_ONE.sub(_after, _BECOMES.sub(_change, text)))
     for phrase, word in ((r"in\s+reverse", "backward"), *_MANNERS):
         text = re.sub(rf"\b(?:{phrase})\b", word, text, flags=re.IGNORECASE)
-    text = _SEAT.sub("sit down", _ABOUT_TO.sub("", text))
+    text = _TO_TOUCH.sub("and", _SEAT.sub("sit down", _ABOUT_TO.sub("", text)))
     text = _LIGHT.sub(lambda found: "" if _names_motion(found[1]) else found[0], text)
     text = _SEVERAL.sub(_at_least_twice, text)
     ended = re.sub(r"^\s*,\s*then\b", "", text).lstrip()

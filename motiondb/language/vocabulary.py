@@ -74,9 +74,11 @@ SINGLE = "theone"  # Likewise for "on one leg"; no word, so that none is lost
 OVERHEAD = "overhead"  # Likewise for "above the head", and "in the air" of hands
 BOX = "thebox"  # For a box that is a thing: to box is another word
 FIGURE_EIGHT = "figureeight"  # For "in a figure eight": not a number of times
+_LEGGED = ("cross", "bow", "knock", "stiff", "straight", "bare", "flat")
 _SAID = {
     FIGURE_EIGHT: "in a figure eight",
-    "crosslegged": "cross-legged",
+    **{f"{way}{of}": f"{way}-{of}" for way in _LEGGED for of in ("legged", "footed")},
+    **{"hiphop": "hip hop", "thumbsup": "thumbs up", "highfive": "high five"},
     IN_PLACE: "in place",
     IN_A_CIRCLE: "in a circle",
     SINGLE: "one",
@@ -106,19 +108,26 @@ _PHRASES = (
     (
         re.compile(
             r"\b(?:in\s+)?(?:an?\s+|the\s+)?figures?[\s-]+(?:of[\s-]+)?(?:an?\s+)?(?:eights?|8s?)\b"
-            r"|\bin\s+(?:the\s+shape\s+of\s+)?an\s+(?:eight|8)\b(?!\s+(?:shape|figure))",
+            r"(?!\s+times\b)|\bin\s+(?:the\s+shape\s+of\s+)?an\s+(?:eight|8)"
+            r"(?:[\s-](?:shaped?|figure)|(?=\s*(?:$|[,.;:?!]|(?:and|then|around|while|with)\b)))",
             re.IGNORECASE,
         ),
         FIGURE_EIGHT,
     ),
-    (re.compile(r"\b(hip|goose|moon)[\s-](?=hop\b|step|walk)", re.IGNORECASE), r"\1"),
     (
         re.compile(
-            r"\b(cross|bow|knock|stiff|straight|bare|flat)[\s-]+(legged|footed|armed)\b",
+            r"(?<!\bon\s)(?<!\bhis\s)(?<!\bher\s)\b(?:(hip)[\s-](?=hop\b)|(goose)[\s-](?=step)"
+            r"|(moon)[\s-](?=walk))",
             re.IGNORECASE,
         ),
+        r"\1\2\3",
+    ),
+    (
+        re.compile(rf"\b({'|'.join(_LEGGED)})[\s-]+(legged|footed)\b", re.IGNORECASE),
         r"\1\2",
     ),
+    (re.compile(r"\bthumbs?[\s-]up\b", re.IGNORECASE), "thumbsup"),
+    (re.compile(r"\bhigh[\s-](?:five|5)s?\b(?!\s+times\b)", re.IGNORECASE), "highfive"),
     (
         re.compile(
             r"\b((?:jump|hop|leap|bounc)\w*)\s+up\s+and\s+down\b(?!\s+(?:the|an?|on|from)\b)",
@@ -209,6 +218,8 @@ SAME = (
     ("sit up", "situp"),
     ("pull up", "pullup", "chinup", "chin up"),
     ("jumping jack", "star jump"),
+    ("descend", "come down", "come back down"),
+    *((f"jump {one}", f"flying {one}") for one in ("kick", "knee", "punch")),
 )
 """Phrases that name the same motion: one of which a database knows stands for the others."""
 _LEAST_PART = 3  # Letters of the shorter part of a compound: "as" and "in" begin many words

@@ -98,8 +98,8 @@ _OF_OTHERS: tuple[tuple[frozenset[str], dict[str, tuple[str, float]]], ...] = (
     (frozenset(["kick"]), _OF_KICKS),
     (PUNCHES, _speeds_as("hand")),
     (TURNS, _speeds_as("turning")),
-    (frozenset(LOW), {word: ("depth", sign) for word, sign in _DEPTHS.items()}),
-    (frozenset(LEANS), {word: ("leaning", sign) for word, sign in _DEPTHS.items()}),
+    (frozenset(LOW), _speeds_as("limbs") | {w: ("depth", sign) for w, sign in _DEPTHS.items()}),
+    (frozenset(LEANS), _speeds_as("limbs") | {w: ("leaning", sign) for w, sign in _DEPTHS.items()}),
 )
 """Words of actions that neither travel nor fly, and those of their degrees."""
 _OF_STEPS = {"long": ("step", 1.0), "short": ("step", -1.0), "tiny": ("step", -1.0)}
@@ -201,17 +201,19 @@ def degree_of(words: Sequence[str]) -> Degree | None:
     ('hand', 'kick')
     >>> degree_of(("wave", "slow")).measure, degree_of(("turn", "deep"))
     ('limbs', None)
+    >>> degree_of(("fast", "spin", "kick")).event, degree_of(("squat", "slow")).measure
+    ('kick', 'limbs')
     >>> degree_of(("run", "long")).measure, degree_of(("walk", "long", "stride")).measure
     ('time', 'step')
     """
     jumps, steps = not _JUMPS.isdisjoint(words), not _STEPS.isdisjoint(words)
     by_speed = not {*_FAST, *_SLOW}.isdisjoint(words)  # by which "a fast walk with long steps" goes
     travel = _OF_TRAVEL | _OF_STEPS if steps and not by_speed else _OF_TRAVEL
-    others = [table for actions, table in _OF_OTHERS if not actions.isdisjoint(words)]
+    others = [(actions, table) for actions, table in _OF_OTHERS if not actions.isdisjoint(words)]
     travels = not _TRAVELS.isdisjoint(words)
     acts = not {*words} - MODIFIERS - {*_FAST, *_SLOW} <= {"step", "stride"}
-    others = others or [_speeds_as("limbs") if acts else {}]
-    table = travel if travels else others[0]
+    of, table = others[0] if others else (frozenset(words), _speeds_as("limbs") if acts else {})
+    table = travel if travels else table
     table = _OF_JUMPS if jumps else table
     named = {word for word in words if word in table}
     if not jumps and ((steps and by_speed) or not {*words} - named <= TRAVELS):
@@ -222,7 +224,7 @@ def degree_of(words: Sequence[str]) -> Degree | None:
     ((measure, sign),) = found
     if measure == "step" and not TRAVELS.isdisjoint({*words} - _STEPS):
         named |= _STEPS.intersection(words)  # "walk with long steps" is looked for as a walk
-    event = {"hand": "punch"}.get(measure) or event_of([w for w in words if w not in named])
+    event = "punch" if measure == "hand" else event_of([word for word in words if word in of])
     return Degree(measure, sign, frozenset(named), "jump" if jumps else event)
 
 

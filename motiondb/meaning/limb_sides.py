@@ -55,11 +55,11 @@ HAND_PLACES = (
 """Where a hand is measured to be: a bit of :func:`places_of_hands` each, twice."""
 PLACES_ASKED = (*HAND_PLACES, *_OF_TWO)
 _TOUCHES = frozenset(("touch", "scratch", "rub", "cover", "pat", "tap", "clutch", "feel"))
-"""Verbs whose hand need not be said."""
+"""Verbs whose hand need not be said, but for those of ``_OF_FEET`` at the floor or a foot."""
+_OF_FEET = frozenset(("tap", "pat", "cover"))  # "tap the foot", "cover the ground"
+_PARTS = frozenset(("thumb", "finger", "shoulder"))  # Of arms, and raised without them
 _HANDS = frozenset(("hand", "fist", "palm", "finger", "arm", "wrist"))
-_BESIDE = frozenset(
-    ("rest", "place", "lay", "bring", "raise", "lift", "lean", "behind", "on", "up")
-)
+_BESIDE = frozenset(("rest", "place", "bring", "raise", "lift", "lean", "behind", "on", "up"))
 PALM, FACE = 0.09, 0.06  # Metres from the wrist to the palm, and from the joint of the head up
 BENT = 0.9  # Most share of an arm's length from shoulder to wrist, of a hand at the hip or the back
 _NEAR = {
@@ -123,16 +123,14 @@ def arm_raised(words: Sequence[str]) -> str | None:
 def leg_raised(words: Sequence[str]) -> str | None:
     """The side, as of :func:`arm_raised`, of an action that raises a knee or a leg.
 
-    >>> leg_raised(("raise", "left", "knee")), leg_raised(("knee", "up", "high"))
+    >>> leg_raised(("raise", "left", "knee")), leg_raised(("high", "knee"))
     ('left', '')
-    >>> leg_raised(("high", "knee")) is None
-    False
     >>> leg_raised(("kick", "leg", "up")), leg_raised(("stand", "up", "leg"))
     (None, None)
     """
     legs = {"knee", "thigh", "leg"}.intersection(words)
-    up = _RAISES | {"high"}
-    if up.isdisjoint(words) or not legs or {*words} - up - PLAIN - SIDES - legs:
+    raised = not _RAISES.isdisjoint(words) or {"knee", "high"} <= {*words}
+    if not raised or not legs or {*words} - _RAISES - PLAIN - SIDES - legs - {"high"}:
         return None
     return _side_of(words, legs)
 
@@ -160,17 +158,31 @@ def hand_at(words: Sequence[str]) -> tuple[str, str] | None:
     (('both', 'hip'), ('right', 'left knee'))
     >>> hand_at(("hand", "behind", "back")), hand_at(("arm", "cross")), hand_at(("touch", "toe"))
     (('any', 'back'), ('any', 'other elbow'), ('any', 'foot'))
-    >>> hand_at(("wave", "hand", "head")), hand_at(("touch", "foot", "ground"))
+    >>> hand_at(("hand", "fold")), hand_at(("wave", "hand", "head"))
+    (('any', 'other hand'), None)
+    >>> hand_at(("touch", "foot", "ground")), hand_at(("tap", "toe"))
     (None, None)
+    >>> hand_at(("hand", "cross", "behind", "back")), hand_at(("arm", "fold", "across", "chest"))
+    (('any', 'back'), ('any', 'other elbow'))
     """
     hands, named = _HANDS.intersection(words), [word for word in words if word in _PLACE_OF]
+    joined = [word for word in named if _PLACE_OF[word].startswith("other")]
+    if joined and {"behind", "back"} <= {*words}:  # "hands clasped behind the back"
+        words = [word for word in words if word not in joined]
+        named = ["back"]
+    elif joined and {"chest", "across"} <= {*words}:  # "arms crossed across the chest"
+        words, named = [word for word in words if word not in ("chest", "across")], joined
     if len(named) != 1 or not (hands or _TOUCHES.intersection(words)):
         return None
     place = _PLACE_OF[named[0]]
+    if place in ("foot", "floor") and not (hands or (_TOUCHES - _OF_FEET).intersection(words)):
+        return None
+    if place == "other elbow" and "arm" not in hands:
+        place = "other hand"  # "fold the hands"
     rest = {*words} - {*named} - SIDES - hands - _TOUCHES - PLAIN - _BESIDE
     is_meant = place.startswith("other") <= bool(hands) and (place == "back") <= ("behind" in words)
-    if rest or not is_meant or (place == "shoulder" and not _RAISES.isdisjoint(words)):
-        return None
+    if rest or not is_meant or (place in _OF_TWO and not _RAISES.isdisjoint(words)):
+        return None  # "raise the arm and the knee"
     side = _side_of(words, named) if place in _OF_TWO else ""
     which = f"{side} {place}" if side in ("left", "right") else place
     return _side_of(words, hands) or "any", which
@@ -235,7 +247,7 @@ def hands_are_at(bits: FloatArray, side: str, place: str) -> NDArray[np.bool_]:
 
 def _arms_of(words: Sequence[str]) -> set[str]:
     """The words of an action for an arm, or a part of one that goes up and down with it."""
-    return {word for word in words if word in LIMBS and word not in LEGS | {"thumb", "finger"}}
+    return {word for word in words if word in LIMBS and word not in LEGS | _PARTS}
 
 
 def _side_of(words: Sequence[str], limbs: Collection[str]) -> str:

@@ -259,7 +259,7 @@ def _landings(track: FloatArray, side: str) -> list[tuple[int, int]]:
         left, right = after.mean(axis=0) > 0.5 if len(after) else (False, False)
         of_side = {"left": left > right, "right": right > left, "one": left != right}
         if of_side.get(side, left and right if side == "both" else left or right):
-            found.append((first - PAUSE, min(first + NEAR_GROUND, len(track))))
+            found.append((max(first - PAUSE, 0), min(first + NEAR_GROUND, len(track))))
     return found
 
 

@@ -31,6 +31,7 @@ another side in none, and in one of 112 that walk and run.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,15 +95,16 @@ ground, and of a foot above the one that is, m; speed over the ground of these p
 SHORTEST_KNEELING = 15  # Frames (0.5 s), also of standing still
 OF_POSTURES = frozenset(("raise", "lift", "lie", "kneel", "stand", "balance", "still"))
 """Words of postures that captions say."""
-_WITH_HANDS = frozenset(("raise", "lift", "up", "overhead", "high", *SIDES, *LIMBS, *PLAIN))
+_WITH_LIFTED = frozenset(("raise", "lift", "up", "overhead", "high", *SIDES, *LIMBS, *PLAIN))
+_WITH_HANDS = _WITH_LIFTED - LEGS  # "raise the arm and the knee" takes two postures
 _WITH_LEGS = frozenset(("stand", "balance", SINGLE, *SIDES, *LEGS))
 _WITH_POSTURE = {
     **dict.fromkeys(("raise", "overhead"), _WITH_HANDS),
-    "lower": frozenset((*LOWERS, *SIDES, *LIMBS)),
+    "lower": frozenset((*LOWERS, *SIDES, *LIMBS)) - LEGS,
     "on": _WITH_LEGS,
     "still": frozenset(("stand", "still")),
     "kneel": frozenset(("kneel", "down", "knee", "floor", "ground", SINGLE)),
-    "lift": _WITH_HANDS,
+    "lift": _WITH_LIFTED,
     "low": frozenset(("stay", "low", "down")),
     "stoop": frozenset(("stoop", "over", "forward", "down")),
     "land": _WITH_LEGS | {"land", "down", "floor", "ground"},
@@ -121,6 +123,12 @@ def posture_of(action: Sequence[str]) -> str:
     >>> posture_of(("both", "hand", "hip")), posture_of(("stand", "up"))
     ('at both hip', '')
     """
+    return _posture_of(tuple(action))
+
+
+@lru_cache(1024)  # each capture is asked for the same few
+def _posture_of(action: tuple[str, ...]) -> str:
+    """The posture of an action, as :func:`posture_of`."""
     words = {*action}
     if {"hand", "stand"} <= words:
         return ""
@@ -187,6 +195,8 @@ def is_posture_alone(action: Sequence[str]) -> bool:
     """Whether an action takes a posture of ``POSED``, and says no more than that.
 
     >>> is_posture_alone(("kneel", "floor")), is_posture_alone(("kneel", "backward"))
+    (True, False)
+    >>> is_posture_alone(("raise", "arm")), is_posture_alone(("raise", "arm", "knee"))
     (True, False)
     """
     what = posture_of(action).split(" ")[0]

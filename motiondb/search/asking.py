@@ -15,6 +15,7 @@ from functools import cached_property, lru_cache
 from itertools import chain, product
 
 from motiondb.language.nearby.table import NearbyTable
+from motiondb.language.question.amounts import adverb_of
 from motiondb.language.question.readings import (
     Exclusion,
     KnownQuestion,
@@ -44,7 +45,7 @@ from motiondb.language.question.tree import (
 )
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, TRAVELS
 from motiondb.learn.learned import Learned
-from motiondb.meaning.amounts import SPEEDS, Degree, degree_of
+from motiondb.meaning.amounts import SPEEDS, Degree, degree_of, is_gauged
 from motiondb.meaning.direction import vertical_ways
 from motiondb.meaning.limb_sides import (
     arm_lowered,
@@ -152,7 +153,7 @@ class AskedQuestion:
         asked = actions_of(self.sentence.parsed.tree)
         words = {word for action in asked for word in action.words}
         of_body = MODIFIERS.issuperset(words) and len(words) > 1 and not LIMBS.isdisjoint(words)
-        return of_body and not any(posture_of(action.words) for action in asked)
+        return of_body and not any(action.words in self.sentence.postures for action in asked)
 
     def is_wordless(self, read: Sequence[Reading]) -> bool:
         """Whether no word of some readings ranks the captures, so that all are looked at."""
@@ -330,7 +331,8 @@ def asked_degree(sentence: Sentence) -> Degree | None:
     degree = None if action is None else degree_of(action.all_words)
     if action is not None and degree is not None and degree.measure == "limbs":
         degree = None if sentence.is_said(action.all_words) else degree  # "quick stop"
-    if degree is None or not any(isinstance(n, Measured) for n in walk(sentence.parsed.tree)):
+    measures = [one.measure for one in walk(sentence.parsed.tree) if isinstance(one, Measured)]
+    if action is None or degree is None or not any(is_gauged(m, action.words) for m in measures):
         return degree
     return replace(degree, sign=0.0)  # as much as is asked for, not as much as possible
 
@@ -340,9 +342,12 @@ def without_degree(question: KnownQuestion, degree: Degree) -> KnownQuestion:
 
     def plain(action: Action) -> Action:
         words = tuple(word for word in action.words if word not in degree.words)
-        return Action(words, () if degree.measure in SPEEDS else action.manner) if words else action
+        manner = () if degree.measure in SPEEDS else action.manner
+        manner = tuple(one for one in manner if one not in degree.words)
+        return Action(words, manner) if words else action
 
-    return replace(question, tree=map_actions(question.tree, plain))
+    plain_question = replace(question, tree=map_actions(question.tree, plain))
+    return without_measured(plain_question, set(map(adverb_of, degree.words)))
 
 
 def is_counted(part: Part) -> bool:

@@ -51,6 +51,7 @@ from motiondb.language.vocabulary import (
 )
 from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
 from motiondb.learn.learned import Learned
+from motiondb.meaning.limb_sides import PLAIN
 from motiondb.meaning.postures import OF_POSTURES, is_posture_alone, posture_of
 
 TAKEN = 0.5
@@ -329,7 +330,7 @@ class Sentence:
         """Whether captions say the posture of an action: of a hand at a place, all its words."""
         if posture_of(words).split(" ")[0] not in ("at", "lift", "land"):
             return not of_postures.isdisjoint(words)
-        return self.is_said(words)
+        return self.is_said([word for word in words if word not in PLAIN])
 
     def is_said(self, words: Sequence[str]) -> bool:
         """Whether a caption says all of some words of one action."""
@@ -471,7 +472,9 @@ def write_otherwise(
 def _without_light_heads(sentence: Sentence) -> tuple[Sentence, dict[str, Taking]]:
     """A question without nouns that say no more than the action before them ("salsa steps")."""
     learned, text, same = sentence.learned, sentence.text, dict[str, Taking]()
-    for first, second in pairwise(forms_of(text)):
+    forms = forms_of(text)
+    for n, second in enumerate(forms[1:]):
+        first = next((form for form in forms[n::-1] if lemma(form) not in _LIGHT_HEADS), forms[n])
         word, head = (lemma(form, learned.lemmas) for form in (first, second))
         is_light = (
             head in _LIGHT_HEADS and word in sentence.known - MODIFIERS - _LIGHT_HEADS - _SIZES

@@ -63,3 +63,8 @@ def test_and_keeps_what_it_joins_in_mind() -> None:
     both, ordered = _plan("run and veer left"), _plan("run, then veer left")
     assert [action.beside for action in both] == [("veer", "left"), ("run",)]
     assert [action.beside for action in ordered] == [(), ()]
+
+
+def test_a_side_may_be_named_of_a_hand_and_of_its_place() -> None:
+    (action,) = _plan("the left hand on the left hip")
+    assert action.posture == "at left left hip"

@@ -201,3 +201,6 @@ def test_postures_last_while_they_are_held() -> None:
     assert [len(find_occurrences(track, f"land {side}")) for side in ("left", "right")] == [1, 1]
     assert find_occurrences(track, "land both") == []
     assert len(find_occurrences(track, "land one")) == 2
+    aloft = track[89:118].copy()  # the take begins just before
+    aloft[2:11, 5] = 0.0
+    assert find_occurrences(aloft, "land one")[0][0] == 0

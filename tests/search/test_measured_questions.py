@@ -361,3 +361,17 @@ def test_turns_are_counted_by_their_side(db: motiondb.MotionDB) -> None:
         else:
             assert n >= 2
     assert any(match.contradicted for match in answer.matches)
+
+
+def test_a_degree_that_is_measured_is_not_called_unused(db: motiondb.MotionDB) -> None:
+    kicks = db.search("kick 1 m high", limit=4)  # the number is not measured, but higher is better
+    assert (kicks.measured, [left.text for left in kicks.not_used]) == (("high",), ["1 m"])
+    assert amounts(kicks) == sorted(amounts(kicks), reverse=True)
+    assert len(amounts(kicks)) > 1
+    for deep in ("bow deeply", "deep bow"):
+        answer = db.search(deep)
+        assert (answer.measured, answer.not_used) == (("deep",), ())
+
+
+def test_light_nouns_behind_one_another_say_no_more_than_the_action(db: motiondb.MotionDB) -> None:
+    assert db.search("walking practice session").question.understood == "walk"
