@@ -80,7 +80,7 @@ def read_array_motion(
         _check_known(names, path)
         arrays = load_npz(data, path, _KEYS)[0]
     elif Path(path).suffix.lower() == ".pkl":
-        if (whole := inflated(data, path))[:1] != b"\x80":
+        if (whole := inflated(data, path))[:1] not in (b"\x80", b"("):  # of Python 2
             raise CaptureError(
                 path,
                 "expected a pickle of plain arrays, found another file. Save the arrays as npz.",
