@@ -183,7 +183,7 @@ def column(name: str) -> tuple[str, str]:
 
 _TABLE = re.compile(
     rb"Format Version,|(FILE_VERSION|NO_OF_FRAMES)\t"
-    rb"|(Trajectories|Devices|Model Outputs|Segments|Joints),*\s*\n\s*[0-9.]+,*\s*\n"
+    rb"|(Trajectories|Devices|Model Outputs|Segments|Joints),*\s*\n\s*[0-9.]+,*\s*\n,"
 )  # How tables of markers begin
 _OTHERS = (
     ("quaternion", "orientations of sensors; compute joint angles with OpenSense (IK)"),
