@@ -83,7 +83,8 @@ def read_array_motion(
         if (whole := inflated(data, path))[:1] not in (b"\x80", b"("):  # of Python 2
             raise CaptureError(
                 path,
-                "expected a pickle of plain arrays, found another file. Save the arrays as npz.",
+                "expected a pickle of plain arrays, as it is or compressed by zlib or gzip, found "
+                "another file. Save the arrays as npz.",
             )
         arrays = load_pickle(whole, path)
     else:

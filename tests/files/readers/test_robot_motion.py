@@ -522,3 +522,10 @@ def test_an_object_in_qpos_is_left_out_and_told(folder: Path, is_before: bool) -
     _is_walk(clip)
     where = "before" if is_before else "behind"
     assert any(f"Left out 7 numbers {where} those of the robot" in note for note in clip.notes)
+
+
+def test_joints_that_look_like_a_quaternion_are_no_object(folder: Path) -> None:
+    still = np.c_[VALUES[:, :3], np.tile([1.0, 0.0, 0.0, 0.0], (len(VALUES), 1)), VALUES[:, 7:]]
+    table = read_capture(_csv(folder, np.c_[ROOT, XYZW, still]))
+    clip = read_capture(_save(folder, "w.npz", qpos=np.c_[ROOT, TURNS, still], fps=30))
+    np.testing.assert_allclose(clip.world_positions(), table.world_positions(), atol=2e-5)
