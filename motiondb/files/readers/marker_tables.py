@@ -19,6 +19,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from motiondb.body import world
 from motiondb.errors import CaptureError, NoBodyError
 from motiondb.files.limits import AS_USUAL, ReadOptions, check_rate
 from motiondb.files.readers.first_bytes import is_number
@@ -57,20 +58,33 @@ def read_table_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL)
     if not table.bones:
         return read_markers(_file(table), len(data), path, options)
     clips, rate = dict[str, Clip](), options.fps or check_rate(table.fps, path)
-    unit = unit_of(table.unit, path) if options.unit is None else options.unit
-    in_metres = replace(options, unit=1.0)
+    stated = unit_of(table.unit, path) if options.unit is None else options.unit
     try:
         for who, bones in table.bones.items():
-            points = np.stack(list(bones.values()), axis=1) * unit
-            clip = clip_of_points(list(bones), points, rate, in_metres, path, "markers")
-            notes = table.notes + clip.notes
-            clips[take_name(who or "unnamed")] = replace(clip, unit=unit, notes=notes)
+            clip, notes = _of_bones(bones, stated, rate, path, options), table.notes
+            if options.unit is None:
+                lengths = np.linalg.norm(clip.skeleton.offsets, axis=1)
+                size, typical = world.body_size(clip.skeleton, lengths)
+                unit, told = world.checked_unit(stated, size / stated, typical)
+                notes += told
+                clip = _of_bones(bones, unit, rate, path, options) if unit != stated else clip
+            clips[take_name(who or "unnamed")] = replace(clip, notes=notes + clip.notes)
     except CaptureError as error:  # hands, or an animal
         try:
             return read_markers(_file(table), len(data), path, options)
         except NoBodyError:
             raise error from None
     return clips if len(clips) > 1 else dict(zip(("",), clips.values()))
+
+
+def _of_bones(
+    bones: Mapping[str, FloatArray], unit: float, rate: float, path: object, options: ReadOptions
+) -> Clip:
+    """Return the clip of places of bones in a unit of so many metres."""
+    points = np.stack(list(bones.values()), axis=1) * unit
+    in_metres = replace(options, unit=1.0)
+    clip = clip_of_points(list(bones), points, rate, in_metres, path, "markers")
+    return replace(clip, unit=unit)
 
 
 def table_markers(data: bytes, path: object, _options: ReadOptions = AS_USUAL) -> MarkerFile:

@@ -14,6 +14,7 @@ from motiondb.body.kinematics import clip_positions
 from motiondb.errors import CaptureError, NoBodyError
 from motiondb.files.folder import find_captures
 from motiondb.files.formats import read_capture, read_marker_bytes, read_takes_bytes
+from motiondb.files.limits import ReadOptions
 from motiondb.files.readers.first_bytes import is_marker_table
 from motiondb.records import Clip
 
@@ -164,7 +165,19 @@ def test_bones_of_motive_are_the_joints_of_each_performer() -> None:
         assert clip.unit == 0.01
         assert not any("unit" in note for note in clip.notes)
         legs = [height_and_way(each)[:, :, 1:9] for each in (clip, plain)]
-        np.testing.assert_allclose(*legs, atol=0.02)
+        np.testing.assert_allclose(legs[0], legs[1], atol=0.02)
+
+
+def test_bones_that_fit_no_person_in_the_unit_of_the_file_are_in_another() -> None:
+    true = read_takes_bytes(motive(BONES, "Bone").encode(), "markers")[""]
+    for unit, length in (("Millimeters", 0.001), ("Meters", 1.0), ("", 0.001)):
+        (clip,) = read_takes_bytes(motive(BONES, "Bone", unit=unit).encode(), "markers").values()
+        assert clip.unit == 0.01
+        assert clip.notes[0].startswith(f"The file says that its unit is {length:g} m; the body")
+        np.testing.assert_allclose(clip.world_positions(), true.world_positions(), atol=1e-9)
+    asked = ReadOptions(unit=0.02)
+    (clip,) = read_takes_bytes(motive(BONES, "Bone").encode(), "markers", options=asked).values()
+    assert clip.unit == 0.02
 
 
 @pytest.mark.parametrize(
