@@ -447,20 +447,24 @@ _RPY = np.stack([np.zeros(120), np.zeros(120), 2.0 * np.arctan2(TURNS[:, 3], TUR
 
 
 @pytest.mark.parametrize(
-    ("names", "unit"),
+    ("names", "unit", "of_joints", "turns"),
     [
-        (["roll", "pitch", "yaw"], "radians"),
-        (["root_rot_x", "root_rot_y", "root_rot_z"], "degrees"),
+        (["roll", "pitch", "yaw"], "radians", "radians", 0),
+        (["roll", "pitch", "yaw"], "radians", "radians", 3),
+        (["root_rot_x", "root_rot_y", "root_rot_z"], "degrees", "degrees", 0),
+        (["roll", "pitch", "yaw"], "degrees", "radians", 1),
     ],
 )
 def test_a_root_with_angles_is_read_in_their_unit(
-    folder: Path, names: list[str], unit: str
+    folder: Path, names: list[str], unit: str, of_joints: str, turns: int
 ) -> None:
-    scale = 1.0 if unit == "radians" else np.rad2deg(1.0)
-    table = np.concatenate([ROOT, _RPY * scale, VALUES * scale], axis=1)
+    """The root may have turned several times before, and joints another unit."""
+    scales = [1.0 if each == "radians" else np.rad2deg(1.0) for each in (unit, of_joints)]
+    angles = _RPY + np.array([0.0, 0.0, 2.0 * np.pi * turns])
+    table = np.concatenate([ROOT, angles * scales[0], VALUES * scales[1]], axis=1)
     clip = read_capture(_csv(folder, table, ",".join([*_PLACE, *names, *ROBOT.joint_names])))
     _is_walk(clip)
-    assert f"yaw about z, in {unit}" in clip.notes[0]
+    assert f"yaw about z, in {unit}, those of joints in {of_joints}" in clip.notes[0]
 
 
 def test_velocities_beside_a_motion_and_words_before_names(folder: Path) -> None:
