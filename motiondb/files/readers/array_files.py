@@ -23,6 +23,7 @@ import warnings
 import zipfile
 import zlib
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
@@ -148,12 +149,15 @@ def npy_shape(start: bytes) -> tuple[int, ...] | None:
 def inflated(data: bytes, path: object = "") -> bytes:
     """Return a file that zlib or gzip compressed as it was, or its beginning if it is cut.
 
+    Without `path`, of the beginning of a file, less is unpacked: zeros have a thousandth.
+
     >>> inflated(zlib.compress(b"abc")), inflated(b"abc")
     (b'abc', b'abc')
     """
     if data[:2] not in (b"\x78\x01", b"\x78\x5e", b"\x78\x9c", b"\x78\xda", b"\x1f\x8b"):
         return data
-    reader, most = zlib.decompressobj(wbits=47), max(_UNPACKED, _RATIO * len(data))
+    most = max(_UNPACKED if path else 0, _RATIO * len(data))
+    reader = zlib.decompressobj(wbits=47)
     try:
         whole = reader.decompress(data, most + 1)
     except zlib.error:
@@ -250,7 +254,9 @@ class _Behind(_Array):
 
 
 def _from_bytes(content: Any, dtype: Any, shape: Any, order: Any = "C") -> NDArray[np.generic]:  # noqa: ANN401
-    """Return the array whose bytes a file gives."""
+    """Return the array whose bytes a file gives; those of Python 2 are a text."""
+    if isinstance(content, str):
+        content = content.encode("latin-1")
     if not isinstance(content, bytes | bytearray) or not isinstance(dtype, _Type):
         raise pickle.UnpicklingError("an array of objects")
     values = np.frombuffer(bytes(content), dtype.dtype())
@@ -273,6 +279,13 @@ def _scalar(dtype: Any, content: Any = b"") -> Any:  # noqa: ANN401  from a file
     return _from_bytes(content, dtype, (1,))[0]
 
 
+def _bytes(content: Any) -> bytes:  # noqa: ANN401  from a file
+    """Return bytes as bytes; of a number, Python would make as many zeros."""
+    if not isinstance(content, bytes):
+        raise pickle.UnpicklingError("a bytearray of no bytes")
+    return content
+
+
 _CORE = ("numpy._core", "numpy.core")
 _MADE: dict[str, Callable[..., Any]] = {
     **{f"{core}.multiarray._reconstruct": lambda *_: _Array() for core in _CORE},
@@ -283,7 +296,7 @@ _MADE: dict[str, Callable[..., Any]] = {
     "numpy.dtype": lambda code, *_: _Type(code),
     "_codecs.encode": lambda text, *_: str(text).encode("latin-1"),
     "collections.OrderedDict": lambda pairs=(): dict(pairs),
-    "builtins.bytearray": lambda content=b"", *_: bytes(content) if content else b"",
+    "builtins.bytearray": lambda content=b"", *_: _bytes(content),
 }
 
 
@@ -300,7 +313,7 @@ class _PlainUnpickler(_InPython):
     append: Callable[[Any], None]
 
     def __init__(self, data: bytes) -> None:
-        super().__init__(io.BytesIO(data))
+        super().__init__(io.BytesIO(data), encoding="latin-1")  # texts of Python 2 are bytes
         self.n_bytes = len(data)
 
     def find_class(self, module: str, name: str) -> Any:  # noqa: ANN401
@@ -371,13 +384,21 @@ def load_pickle(data: bytes, path: object) -> Arrays:
         raise CaptureError(
             path, f"expected one motion, found {len(found)}. Save each in a file of its own."
         )
-    budget = [len(data)]
+    budget = _Budget(len(data), max(_UNPACKED, _RATIO * len(data)))
     names = {k: k.decode("latin-1") if isinstance(k, bytes) else str(k) for k in found}  # Python 2
     values = {names[k][:100]: _plain(v, budget, path) for k, v in found.items() if v is not None}
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _plain(value: object, budget: list[int], path: object) -> NDArray[np.generic] | None:
+@dataclass
+class _Budget:
+    """What the lists of a pickle may still have: a file may name one list or array many times."""
+
+    parts: int
+    n_bytes: int  # Of the arrays that are made of lists; a long text makes all in its list long
+
+
+def _plain(value: object, budget: _Budget, path: object) -> NDArray[np.generic] | None:
     """Return a value as an array; None for what is none, such as a dictionary."""
     if isinstance(value, _Array):
         value = value.value
@@ -387,8 +408,8 @@ def _plain(value: object, budget: list[int], path: object) -> NDArray[np.generic
         return np.asarray(value) if not isinstance(value, int) or abs(value) < 2**63 else None
     if not isinstance(value, list | tuple):
         return None
-    budget[0] -= len(value)
-    if budget[0] < 0:
+    budget.parts -= len(value)
+    if budget.parts < 0:
         raise CaptureError(
             path, "expected lists that the file holds once, found repeated ones. Save arrays."
         )
@@ -397,4 +418,10 @@ def _plain(value: object, budget: list[int], path: object) -> NDArray[np.generic
     kinds = {part.dtype.kind in "US" for part in parts if part is not None}
     if any(part is None for part in parts) or len(shapes) > 1 or len(kinds) > 1 or not parts:
         return None
-    return np.stack([part for part in parts if part is not None])
+    known = [part for part in parts if part is not None]
+    budget.n_bytes -= len(known) * max(part.nbytes for part in known)
+    if budget.n_bytes < 0:
+        raise CaptureError(
+            path, "expected lists that fit into memory, found larger ones. Save arrays."
+        )
+    return np.stack(known)

@@ -80,10 +80,11 @@ def read_array_motion(
         _check_known(names, path)
         arrays = load_npz(data, path, _KEYS)[0]
     elif Path(path).suffix.lower() == ".pkl":
-        if (whole := inflated(data, path))[:1] != b"\x80":
+        if (whole := inflated(data, path))[:1] not in (b"\x80", b"("):  # of Python 2
             raise CaptureError(
                 path,
-                "expected a pickle of plain arrays, found another file. Save the arrays as npz.",
+                "expected a pickle of plain arrays, as it is or compressed by zlib or gzip, found "
+                "another file. Save the arrays as npz.",
             )
         arrays = load_pickle(whole, path)
     else:
@@ -143,7 +144,9 @@ _AS_SEED = (
     "The root has angles in place of a quaternion; the file is read as those of BONES-SEED: "
     "centimetres, degrees, turns about x, y and z of the world, 120 a second without times."
 )
-_MOST_RADIANS = 4.0 * np.pi  # Of a root that turns twice: above, angles are degrees
+_MOST_OF_JOINTS, _MOST_OF_ROOT = 2.0 * np.pi, 12.0 * np.pi
+"""Radians, of a hinge and of a root that turns six times: above, angles are degrees. Where joints
+have degrees, so has the root."""
 
 
 def from_csv(data: bytes, path: object) -> RobotFile:
@@ -229,10 +232,11 @@ def _named_columns(table: FloatArray, names: tuple[str, ...], path: object) -> R
         turns, places, values = rotation.from_euler(turns, "ZYX"), places * 0.01, np.deg2rad(values)
         fps, notes = fps or _SEED_FPS, (_AS_SEED,)
     elif is_euler:
-        turns, values, unit = _of_angles(turns, values)
+        turns, values, unit, of_joints = _of_angles(turns, values)
         notes = (
             "The root has angles in place of a quaternion; they are taken as roll about x, pitch "
-            f"about y and yaw about z, in {unit}, and places in metres (--unit).",
+            f"about y and yaw about z, in {unit}, those of joints in {of_joints}, and places in "
+            "metres (--unit).",
         )
     if changes := [name for name, (kind, _) in zip(names, kinds) if kind == "change"]:
         notes += (f"Left out {len(changes)} columns of velocities or forces: {changes[0]}, ...",)
@@ -249,9 +253,10 @@ def _named_columns(table: FloatArray, names: tuple[str, ...], path: object) -> R
     )
 
 
-def _of_angles(turns: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, str]:
-    """Return quaternions of yaw, pitch and roll, values of joints in radians, and the unit."""
-    reach = max(float(np.abs(turns).max()), float(np.abs(values).max(initial=0.0)))
-    if reach > _MOST_RADIANS:
-        return rotation.from_euler(turns, "ZYX"), np.deg2rad(values), "degrees"
-    return rotation.from_euler(np.rad2deg(turns), "ZYX"), values, "radians"
+def _of_angles(turns: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray, str, str]:
+    """Return quaternions of yaw, pitch and roll, values of joints in radians, and both units."""
+    of_joints = "degrees" if np.abs(values).max(initial=0.0) > _MOST_OF_JOINTS else "radians"
+    unit = "degrees" if np.abs(turns).max() > _MOST_OF_ROOT else of_joints
+    degrees = turns if unit == "degrees" else np.rad2deg(turns)
+    radians = values if of_joints == "radians" else np.deg2rad(values)
+    return rotation.from_euler(degrees, "ZYX"), radians, unit, of_joints

@@ -21,6 +21,7 @@ _ROOT_COLUMN = re.compile(
 _ROOT_ANGLE = re.compile(
     r"^(?:(?:root|base|floating_?base)[_ .]?(?:rot|rpy|euler)?[_ .]?)?(roll|pitch|yaw)$"
 )
+_ANGLES, _LIMB = {"roll", "pitch", "yaw"}, re.compile("joint|dof|hip|knee|ankle|shoulder|elbow")
 _CHANGE = re.compile(
     r"[_ ./](vel|velocity|dq|qd|qvel|acc|acceleration|tau|torque|effort|force)([_ ./][xyz])?$"
     r"|^(root|base)[_ .]?(v|w|omega|lin_?vel|ang_?vel)[_ .]?[xyz]$"
@@ -111,7 +112,12 @@ def is_marker_table(start: bytes) -> bool:
 
 
 def is_robot_csv(start: bytes) -> bool:
-    """Say whether the start of a CSV file is that of a motion: numbers, or names of joints."""
+    r"""Say whether the start of a CSV file is that of a motion: numbers, or names of joints.
+
+    >>> row = b"\n1,2,3,4,5,6,7,8"
+    >>> [is_robot_csv(b"t,x,y,z,roll,pitch,yaw," + name + row) for name in (b"l_knee", b"blink")]
+    [True, False]
+    """
     lines = [line for line in start.decode("latin-1").splitlines() if line.strip()]
     if not lines:
         return False
@@ -120,6 +126,9 @@ def is_robot_csv(start: bytes) -> bool:
         return False
     if all(map(is_number, head)):
         return True
+    names = [name.lower() for name in head]
+    if _ANGLES & {*names} and not any(map(_LIMB.search, names)):
+        return False  # places and angles of a head, a camera or a drone
     columns = {kind for kind, _ in map(column, head)}
     return {"root", "turn"} <= columns and len(lines) > 1 and all(map(is_number, cells(lines[1])))
 
@@ -183,7 +192,7 @@ def column(name: str) -> tuple[str, str]:
 
 _TABLE = re.compile(
     rb"Format Version,|(FILE_VERSION|NO_OF_FRAMES)\t"
-    rb"|(Trajectories|Devices|Model Outputs|Segments|Joints),*\s*\n\s*[0-9.]+,*\s*\n"
+    rb"|(Trajectories|Devices|Model Outputs|Segments|Joints),*\s*\n\s*[0-9.]+,*\s*\n,"
 )  # How tables of markers begin
 _OTHERS = (
     ("quaternion", "orientations of sensors; compute joint angles with OpenSense (IK)"),

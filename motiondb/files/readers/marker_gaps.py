@@ -18,6 +18,7 @@ import numpy as np
 from motiondb.body import rotation
 from motiondb.records import LARGEST, BoolArray, FloatArray
 
+_MOST_LOST = 10  # Missing frames for each that is there, beyond which numbers of frames say nothing
 LONGEST_GAP = 0.5
 """Longest gap of a marker that is filled along a line, seconds. Over half a second a limb can swing
 out and back, which a straight line would hide."""
@@ -161,6 +162,28 @@ def is_place(numbers: FloatArray) -> BoolArray:
     with np.errstate(invalid="ignore"):
         inside = np.asarray((np.abs(numbers) < LARGEST).all(axis=-1))
         return inside & np.asarray((numbers != numbers[..., :1]).any(axis=-1))
+
+
+def count_notes(stated: str, n_frames: int) -> tuple[str, ...]:
+    """Note a header that says another number of frames than there are, as in a file cut short."""
+    if not stated.isdecimal() or int(stated) == n_frames:
+        return ()
+    return (f"The header says {stated} frames; there are {n_frames}.",)
+
+
+def with_missing(numbers: FloatArray, rows: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
+    """Put rows of NaN where the numbers of the frames leave some out, with a note."""
+    steps = np.diff(numbers)
+    step = float(np.median(steps)) if len(steps) else 1.0
+    if not (step > 0 and (steps > 0).all() and (steps % step == 0).all()):
+        return rows, ()
+    at = ((numbers - numbers[0]) / step).astype(np.int64)
+    lost = int(at[-1]) + 1 - len(rows)
+    if not 0 < lost <= _MOST_LOST * len(rows):
+        return rows, ()
+    whole = np.full((len(rows) + lost, *rows.shape[1:]), np.nan)
+    whole[at] = rows
+    return whole, (f"By their numbers {lost} frames are missing; they are taken as not seen.",)
 
 
 def seen(track: FloatArray) -> BoolArray:

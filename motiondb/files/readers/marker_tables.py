@@ -3,9 +3,9 @@
 OptiTrack Motive's CSV: a line of keys and values, rows of types, names and axes, then a row a
 frame. Where it has the places of bones, these are the joints, and markers are not needed. Vicon
 Nexus's CSV: the section Trajectories, with its rate below. Qualisys's TSV: a key a line, then a row
-a frame. Cells without a number, or one number three times, are markers that were not seen. The axis
-up is not in these files: y is usual for Motive, z for the others. Lost are rotations, rigid bodies,
-devices and events.
+a frame. Cells without a number, or one number three times, are markers that were not seen, as in
+the frames that their numbers leave out. The axis up is not in these files: y is usual for Motive,
+z for the others. Lost are rotations, rigid bodies, devices and events.
 
 Source: OptiTrack, "Data Export: CSV" (formats 1.2 to 1.25); Qualisys, "Motion data (.tsv)"; Vicon
 Nexus, export of ASCII.
@@ -19,10 +19,11 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from motiondb.body import world
 from motiondb.errors import CaptureError, NoBodyError
 from motiondb.files.limits import AS_USUAL, ReadOptions, check_rate
 from motiondb.files.readers.first_bytes import is_number
-from motiondb.files.readers.marker_gaps import is_place
+from motiondb.files.readers.marker_gaps import count_notes, is_place, with_missing
 from motiondb.files.readers.markers import MarkerFile, read_markers, unit_of
 from motiondb.files.readers.point_motion import clip_of_points
 from motiondb.files.text import clean_bytes, decode, quoted, take_name
@@ -45,6 +46,7 @@ class _Table:
     usual_up: str
     bones: Mapping[str, Mapping[str, FloatArray]] = field(default_factory=dict)
     """Performer -> bone -> its places (frames, 3)."""
+    notes: tuple[str, ...] = ()
 
 
 Rows = Sequence[tuple[int, Sequence[str]]]  # Number of the line, cells
@@ -56,19 +58,33 @@ def read_table_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL)
     if not table.bones:
         return read_markers(_file(table), len(data), path, options)
     clips, rate = dict[str, Clip](), options.fps or check_rate(table.fps, path)
-    unit = unit_of(table.unit, path) if options.unit is None else options.unit
-    in_metres = replace(options, unit=1.0)
+    stated = unit_of(table.unit, path) if options.unit is None else options.unit
     try:
         for who, bones in table.bones.items():
-            points = np.stack(list(bones.values()), axis=1) * unit
-            clip = clip_of_points(list(bones), points, rate, in_metres, path, "markers")
-            clips[take_name(who or "unnamed")] = replace(clip, unit=unit)
+            clip, notes = _of_bones(bones, stated, rate, path, options), table.notes
+            if options.unit is None:
+                lengths = np.linalg.norm(clip.skeleton.offsets, axis=1)
+                size, typical = world.body_size(clip.skeleton, lengths)
+                unit, told = world.checked_unit(stated, size / stated, typical)
+                notes += told
+                clip = _of_bones(bones, unit, rate, path, options) if unit != stated else clip
+            clips[take_name(who or "unnamed")] = replace(clip, notes=notes + clip.notes)
     except CaptureError as error:  # hands, or an animal
         try:
             return read_markers(_file(table), len(data), path, options)
         except NoBodyError:
             raise error from None
     return clips if len(clips) > 1 else dict(zip(("",), clips.values()))
+
+
+def _of_bones(
+    bones: Mapping[str, FloatArray], unit: float, rate: float, path: object, options: ReadOptions
+) -> Clip:
+    """Return the clip of places of bones in a unit of so many metres."""
+    points = np.stack(list(bones.values()), axis=1) * unit
+    in_metres = replace(options, unit=1.0)
+    clip = clip_of_points(list(bones), points, rate, in_metres, path, "markers")
+    return replace(clip, unit=unit)
 
 
 def table_markers(data: bytes, path: object, _options: ReadOptions = AS_USUAL) -> MarkerFile:
@@ -87,6 +103,7 @@ def _file(table: _Table) -> MarkerFile:
         "",
         table.usual_up,
         "markers",
+        table.notes,
     )
 
 
@@ -141,6 +158,8 @@ def _motive(rows: Rows, path: object) -> _Table:
             f"expected markers, or bones in global coordinates, found {alone}. Export them, too.",
         )
     values = _values(rows[at + 1 :], len(axes), path)
+    notes = count_notes(said.get("Total Exported Frames", ""), len(values))
+    values, gap_notes = with_missing(values[:, 0], values)
     performers: dict[str, dict[str, FloatArray]] = {}
     for n in bones:
         who, _, bone = names[n].rpartition(":")
@@ -153,6 +172,7 @@ def _motive(rows: Rows, path: object) -> _Table:
         said.get("Length Units", ""),
         "y",
         performers,
+        notes + gap_notes,
     )
 
 
@@ -168,9 +188,11 @@ def _vicon(rows: Rows, path: object) -> _Table:
     names = [*heads[1], *[""] * len(axes)]
     end = next((n for n, (_, row) in enumerate(rows) if n > 4 and not _joined(row)), len(rows))
     values = _values(rows[4:end], len(axes), path)
+    values, notes = with_missing(values[:, 0], values)
     unit = next((cell.strip() for cell in heads[3] if cell.strip()), "")
     labels = [names[n].strip() for n in columns]
-    return _Table(labels, _at(values, columns), _number("".join(heads[0])), unit, "z")
+    fps = _number("".join(heads[0]))
+    return _Table(labels, _at(values, columns), fps, unit, "z", notes=notes)
 
 
 def _qualisys(rows: Rows, path: object) -> _Table:
@@ -178,10 +200,11 @@ def _qualisys(rows: Rows, path: object) -> _Table:
     said: dict[str, list[str]] = {}
     first = len(rows)
     for at, (_, row) in enumerate(rows):
-        if is_number(row[0].replace(",", ".")) or row[0] == "Frame":
+        key = row[0].strip()  # none where the first marker was not seen
+        if is_number(key.replace(",", ".")) or key == "Frame" or (not key and _joined(row)):
             first = at
             break
-        said.setdefault(row[0].strip(), [cell.strip() for cell in row[1:]])
+        said.setdefault(key, [cell.strip() for cell in row[1:]])
     labels = [label for label in said.get("MARKER_NAMES", []) if label]
     kind = "".join(said.get("DATA_INCLUDED", ["3D"])[:1])
     if not labels or kind != "3D":
@@ -190,14 +213,18 @@ def _qualisys(rows: Rows, path: object) -> _Table:
             f"expected places of markers in 3D with MARKER_NAMES, found {kind or 'others'} and "
             f"{len(labels)} names. Export 3D data with a header.",
         )
-    has_names = first < len(rows) and rows[first][1][0] == "Frame"
+    has_names = first < len(rows) and rows[first][1][0].strip() == "Frame"
     rows = [(n, [cell.replace(",", ".") for cell in row]) for n, row in rows[first + has_names :]]
     numbered = 2 if has_names or (rows and len(_filled(rows[0][1])) == 3 * len(labels) + 2) else 0
     width = numbered + 3 * len(labels)
     values = _values(rows, width, path)
+    notes = count_notes("".join(said.get("NO_OF_FRAMES", [])[:1]), len(values))
+    if numbered:
+        values, gap_notes = with_missing(values[:, 0], values)
+        notes += gap_notes
     columns = list(range(numbered, width, 3))
     fps = _number("".join(said.get("FREQUENCY", [])[:1]).replace(",", "."))
-    return _Table(labels, _at(values, columns), fps, "mm", "z")
+    return _Table(labels, _at(values, columns), fps, "mm", "z", notes=notes)
 
 
 def _filled(row: Sequence[str]) -> list[str]:

@@ -140,6 +140,7 @@ first no order is believed; another order that is nearer than the second is told
 added where knees bend backwards. The mean logarithm of the ratios of limbs to those of the
 canonical body, above which they are no limbs: by hand."""
 _AT_ORIGIN = 0.1  # Of the spread of a body's points: a point that near to the origin may be there
+_OF_LENGTH_1 = 1e-3  # By which quaternions may differ from length 1 in the median
 _USUAL_FPS, _FPS_ML3D, _JOINTS_ML3D = 30.0, 20.0, 22
 
 
@@ -188,7 +189,7 @@ def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, 
     fps = None if said is None else check_rate(float(said), path)
     if array.ndim == 2 and array.shape[1] == HUMANML3D_WIDTH:
         return humanml3d_positions(array), fps, _FPS_ML3D
-    if array.ndim == 3 and array.shape[2] == 4 and _are_shares(array[..., 3]):
+    if array.ndim == 3 and array.shape[2] == 4 and _has_confidence(array):
         array = np.where(array[..., 3:] > 0.0, array[..., :3], np.nan)  # x, y, z, confidence
     if not is_points_shape(array.shape) or not len(array):
         raise CaptureError(
@@ -200,8 +201,11 @@ def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, 
     return zeros_as_lost(array), fps, _USUAL_FPS
 
 
-def _are_shares(numbers: FloatArray) -> bool:
-    return bool(((numbers >= 0.0) & (numbers <= 1.0)).all())
+def _has_confidence(numbers: FloatArray) -> bool:
+    """Whether the fourth number of points (frames, n, 4) is a confidence, not that of turns."""
+    share, lengths = numbers[..., 3], np.linalg.norm(numbers, axis=2)
+    is_turn = float(np.median(np.abs(lengths - 1.0))) < _OF_LENGTH_1
+    return not is_turn and bool(((share >= 0.0) & (share <= 1.0)).all())
 
 
 def zeros_as_lost(points: FloatArray) -> FloatArray:

@@ -264,7 +264,7 @@ def _of_robot(
             raise CaptureError(
                 path, "expected places and turns of the root, found none. Export them, too."
             )
-        said, object_notes = _behind_object(said)
+        said, object_notes = _behind_object(said, len(robot.free))
         values, notes = _values(said, robot, path)
         notes += object_notes
         values, unit_notes = _radians(values, robot)
@@ -371,11 +371,11 @@ def _values(said: RobotFile, robot: Robot, path: object) -> tuple[FloatArray, tu
 _OBJECT = "Left out 7 numbers {} those of the robot: place and quaternion of an object."
 
 
-def _behind_object(said: RobotFile) -> tuple[RobotFile, tuple[str, ...]]:
-    """Return what is said of a robot before which an object stands in qpos, and a note."""
+def _behind_object(said: RobotFile, n_free: int) -> tuple[RobotFile, tuple[str, ...]]:
+    """Return what is said of a robot before which an object is in qpos, and a note."""
     assert said.values is not None
     values = said.values
-    if said.names or said.order != "wxyz" or values.shape[1] < 8:
+    if said.names or said.order != "wxyz" or values.shape[1] in (*range(8), n_free):
         return said, ()
     sizes = np.linalg.norm(values[:, 3:7], axis=1)
     if len(values) < 2 or np.abs(sizes - 1.0).max() > _LIKE_1:

@@ -15,12 +15,11 @@ import numpy as np
 from motiondb.body.rates import find_rate
 from motiondb.errors import CaptureError
 from motiondb.files.limits import AS_USUAL, MAX_FPS, MIN_FPS, ReadOptions
-from motiondb.files.readers.marker_gaps import is_place
+from motiondb.files.readers.marker_gaps import count_notes, is_place, with_missing
 from motiondb.files.readers.markers import MarkerFile, read_markers
 from motiondb.files.text import quoted
 from motiondb.records import Clip, FloatArray
 
-_MOST_LOST = 10  # Missing frames for each that is there, beyond which numbers of frames say nothing
 _TIMES_WITHIN, _ROUNDED = 0.02, 0.02
 """Share by which times may miss the rate of the header, and seconds that two rounded ones may."""
 
@@ -42,11 +41,8 @@ def trc_markers(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> M
     names = [name.strip() for name in lines[3].rstrip().split("\t")[2:]]
     labels = names if any(names[1::3]) else names[::3]  # some write them without blank cells
     frames, places = _places(lines, len(labels), path)
-    notes: tuple[str, ...] = ()
-    stated = said.get("numframes", "")
-    if stated.isdecimal() and int(stated) != len(places):
-        notes = (f"The header says {stated} frames; there are {len(places)}.",)
-    places, gap_notes = _with_gaps(frames[:, 0], places)
+    notes = count_notes(said.get("numframes", ""), len(places))
+    places, gap_notes = with_missing(frames[:, 0], places)
     fps, rate_notes = _rate(said.get("datarate", ""), frames[:, 1], len(places))
     notes += gap_notes + (rate_notes if options.fps is None else ())
     unit = said.get("units", "")
@@ -86,21 +82,6 @@ def _places(lines: list[str], n_markers: int, path: object) -> tuple[FloatArray,
     values = np.array(rows)
     places = values[:, 2:].reshape(len(rows), n_markers, 3)
     return values[:, :2], np.where(is_place(places)[..., None], places, np.nan)
-
-
-def _with_gaps(numbers: FloatArray, places: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
-    """Put frames without markers where the numbers of the frames leave some out, with a note."""
-    steps = np.diff(numbers)
-    step = float(np.median(steps)) if len(steps) else 1.0
-    if not (step > 0 and (steps > 0).all() and (steps % step == 0).all()):
-        return places, ()
-    at = ((numbers - numbers[0]) / step).astype(np.int64)
-    lost = int(at[-1]) + 1 - len(places)
-    if not 0 < lost <= _MOST_LOST * len(places):
-        return places, ()
-    whole = np.full((len(places) + lost, *places.shape[1:]), np.nan)
-    whole[at] = places
-    return whole, (f"By their numbers {lost} frames are missing; they are taken as not seen.",)
 
 
 def _rate(said: str, times: FloatArray, n_frames: int) -> tuple[float, tuple[str, ...]]:

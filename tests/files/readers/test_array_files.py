@@ -67,6 +67,43 @@ def test_dictionaries_of_numpy_joblib_and_python_2_are_read(tmp_path: Path) -> N
             np.testing.assert_array_equal(each[name], np.asarray(value))
 
 
+PYTHON_2 = (  # {"v": 2 x 2 floats, "names": ["a"]} of protocol 2, in texts of bytes
+    b"\x80\x02}(U\x01vcnumpy.core.multiarray\n_reconstruct\ncnumpy\nndarray\nK\x00\x85U\x01b\x87R"
+    b"(K\x01K\x02K\x02\x86cnumpy\ndtype\nU\x02f8K\x00K\x01\x87R(K\x03U\x01<NNNJ\xff\xff\xff\xff"
+    b"J\xff\xff\xff\xffK\x00tb\x89U\x20%btbU\x05names]U\x01aau."
+)
+WITHOUT_PROTOCOL = (  # As Python 2 saves by default
+    b"(dp0\nS'v'\np1\ncnumpy.core.multiarray\n_reconstruct\np2\n(cnumpy\nndarray\np3\n(I0\ntp4\nS'b'"
+    b"\np5\ntp6\nRp7\n(I1\n(I2\nI2\ntp8\ncnumpy\ndtype\np9\n(S'f8'\np10\nI0\nI1\ntp11\nRp12\n(I3\n"
+    b"S'<'\np13\nNNNI-1\nI-1\nI0\ntp14\nbI00\nS%b\np15\ntp16\nbsS'names'\np17\n(lp18\nS'a'\np19\nas."
+)
+
+
+def test_texts_of_python_2_are_the_bytes_of_arrays() -> None:
+    values = np.array([[-3.0, 0.1], [2.5, np.pi]])
+    octets = values.tobytes()
+    for data in (PYTHON_2 % octets, WITHOUT_PROTOCOL % repr(octets)[1:].encode()):
+        found = load_pickle(data, "f")
+        np.testing.assert_array_equal(found["v"], values)
+        assert found["names"].tolist() == ["a"]
+
+
+def test_small_files_make_no_large_arrays() -> None:
+    row = np.zeros(5_000)
+
+    class Zeros:
+        def __reduce__(self) -> object:
+            return bytearray, (10**12,)
+
+    for value, said in (
+        ([row] * 20_000, "expected lists that fit into memory"),
+        (["a" * 9_000, *"b" * 20_000], "expected lists that fit into memory"),
+        ([Zeros()], "a bytearray of no bytes"),
+    ):
+        with pytest.raises(CaptureError, match=said):
+            load_pickle(pickle.dumps({"x": value}), "f")
+
+
 def test_what_joblib_promises_and_the_file_has_not_is_refused(tmp_path: Path) -> None:
     joblib = pytest.importorskip("joblib")
     joblib.dump({"v": np.zeros((100, 100))}, tmp_path / "a.pkl")

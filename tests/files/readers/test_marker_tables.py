@@ -14,6 +14,8 @@ from motiondb.body.kinematics import clip_positions
 from motiondb.errors import CaptureError, NoBodyError
 from motiondb.files.folder import find_captures
 from motiondb.files.formats import read_capture, read_marker_bytes, read_takes_bytes
+from motiondb.files.limits import ReadOptions
+from motiondb.files.readers.first_bytes import is_marker_table
 from motiondb.records import Clip
 
 FRAMES = 20
@@ -118,6 +120,43 @@ def test_markers_are_read_as_those_of_a_trc(name: str, text: str, tmp_path: Path
     np.testing.assert_allclose(height_and_way(clip), height_and_way(plain), atol=1e-4)
 
 
+MISSING = "By their numbers 3 frames are missing; they are taken as not seen."
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "first", "notes"),
+    [
+        ("a.csv", motive(MARKERS), 12, (MISSING,)),
+        ("a.csv", motive(BONES, "Bone"), 12, (MISSING,)),
+        ("a.csv", vicon(MARKERS), 19, (MISSING,)),
+        (
+            "a.tsv",
+            qualisys(MARKERS, True),
+            13,
+            ("The header says 20 frames; there are 17.", MISSING),
+        ),
+    ],
+    ids=["Motive", "bones", "Vicon", "Qualisys"],
+)
+def test_frames_that_the_rows_leave_out_keep_their_time(
+    name: str, text: str, first: int, notes: tuple[str, ...], tmp_path: Path
+) -> None:
+    lines = text.splitlines(keepends=True)
+    (tmp_path / name).write_text("".join(lines))
+    whole = read_capture(tmp_path / name)
+    (tmp_path / name).write_text("".join(lines[:first] + lines[first + 3 :]))
+    clip = read_capture(tmp_path / name)
+    assert clip.notes[: len(notes)] == notes
+    np.testing.assert_allclose(clip.root_positions, whole.root_positions, atol=1e-4)
+
+
+def test_frames_of_qualisys_without_the_first_marker_are_read() -> None:
+    """Programs write a marker that was not seen as 0, or leave its cells empty."""
+    lines = qualisys(MARKERS).splitlines()
+    lines[6:9] = ["\t\t\t" + line.split("\t", 3)[3] for line in lines[6:9]]
+    assert read_takes_bytes("\n".join(lines).encode(), "markers")[""].n_frames == FRAMES
+
+
 def test_bones_of_motive_are_the_joints_of_each_performer() -> None:
     clips = read_takes_bytes(motive(BONES, "Bone", who=("Ann", "Ben")).encode(), "markers")
     assert [*clips] == ["Ann", "Ben"]
@@ -126,7 +165,19 @@ def test_bones_of_motive_are_the_joints_of_each_performer() -> None:
         assert clip.unit == 0.01
         assert not any("unit" in note for note in clip.notes)
         legs = [height_and_way(each)[:, :, 1:9] for each in (clip, plain)]
-        np.testing.assert_allclose(*legs, atol=0.02)
+        np.testing.assert_allclose(legs[0], legs[1], atol=0.02)
+
+
+def test_bones_that_fit_no_person_in_the_unit_of_the_file_are_in_another() -> None:
+    true = read_takes_bytes(motive(BONES, "Bone").encode(), "markers")[""]
+    for unit, length in (("Millimeters", 0.001), ("Meters", 1.0), ("", 0.001)):
+        (clip,) = read_takes_bytes(motive(BONES, "Bone", unit=unit).encode(), "markers").values()
+        assert clip.unit == 0.01
+        assert clip.notes[0].startswith(f"The file says that its unit is {length:g} m; the body")
+        np.testing.assert_allclose(clip.world_positions(), true.world_positions(), atol=1e-9)
+    asked = ReadOptions(unit=0.02)
+    (clip,) = read_takes_bytes(motive(BONES, "Bone").encode(), "markers", options=asked).values()
+    assert clip.unit == 0.02
 
 
 @pytest.mark.parametrize(
@@ -162,3 +213,8 @@ def test_markers_of_no_whole_body_are_kept() -> None:
     np.testing.assert_allclose(
         tracks.places[2, 1] * 100.0, np.add(few["RASI"], (0, 0, 2)), atol=1e-6
     )
+
+
+def test_columns_called_as_sections_are_no_tables_of_markers() -> None:
+    assert is_marker_table(vicon(MARKERS).encode())
+    assert not is_marker_table(b"Joints\n29\n30\n31\n")

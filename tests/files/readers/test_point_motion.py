@@ -179,6 +179,15 @@ def test_a_confidence_beside_places_is_left_out(tmp_path: Path) -> None:
     np.testing.assert_allclose(clips[2], clips[0], atol=0.06)
 
 
+def test_quaternions_are_no_places_with_a_confidence(tmp_path: Path) -> None:
+    names = _positions("mixamo")[0]
+    turns = np.random.default_rng(0).normal(size=(40, len(names), 4))
+    turns /= np.linalg.norm(turns, axis=2, keepdims=True) * np.sign(turns[..., 3:])
+    np.savez(tmp_path / "w.npz", positions=turns, joint_names=np.array(names), fps=30)
+    with pytest.raises(CaptureError, match=r"expected positions of shape \(frames, joints, 3\)"):
+        read_capture(tmp_path / "w.npz")
+
+
 @pytest.mark.parametrize(
     ("array", "said"),
     [

@@ -447,20 +447,24 @@ _RPY = np.stack([np.zeros(120), np.zeros(120), 2.0 * np.arctan2(TURNS[:, 3], TUR
 
 
 @pytest.mark.parametrize(
-    ("names", "unit"),
+    ("names", "unit", "of_joints", "turns"),
     [
-        (["roll", "pitch", "yaw"], "radians"),
-        (["root_rot_x", "root_rot_y", "root_rot_z"], "degrees"),
+        (["roll", "pitch", "yaw"], "radians", "radians", 0),
+        (["roll", "pitch", "yaw"], "radians", "radians", 3),
+        (["root_rot_x", "root_rot_y", "root_rot_z"], "degrees", "degrees", 0),
+        (["roll", "pitch", "yaw"], "degrees", "radians", 1),
     ],
 )
 def test_a_root_with_angles_is_read_in_their_unit(
-    folder: Path, names: list[str], unit: str
+    folder: Path, names: list[str], unit: str, of_joints: str, turns: int
 ) -> None:
-    scale = 1.0 if unit == "radians" else np.rad2deg(1.0)
-    table = np.concatenate([ROOT, _RPY * scale, VALUES * scale], axis=1)
+    """The root may have turned several times before, and joints another unit."""
+    scales = [1.0 if each == "radians" else np.rad2deg(1.0) for each in (unit, of_joints)]
+    angles = _RPY + np.array([0.0, 0.0, 2.0 * np.pi * turns])
+    table = np.concatenate([ROOT, angles * scales[0], VALUES * scales[1]], axis=1)
     clip = read_capture(_csv(folder, table, ",".join([*_PLACE, *names, *ROBOT.joint_names])))
     _is_walk(clip)
-    assert f"yaw about z, in {unit}" in clip.notes[0]
+    assert f"yaw about z, in {unit}, those of joints in {of_joints}" in clip.notes[0]
 
 
 def test_velocities_beside_a_motion_and_words_before_names(folder: Path) -> None:
@@ -522,3 +526,10 @@ def test_an_object_in_qpos_is_left_out_and_told(folder: Path, is_before: bool) -
     _is_walk(clip)
     where = "before" if is_before else "behind"
     assert any(f"Left out 7 numbers {where} those of the robot" in note for note in clip.notes)
+
+
+def test_joints_that_look_like_a_quaternion_are_no_object(folder: Path) -> None:
+    still = np.c_[VALUES[:, :3], np.tile([1.0, 0.0, 0.0, 0.0], (len(VALUES), 1)), VALUES[:, 7:]]
+    table = read_capture(_csv(folder, np.c_[ROOT, XYZW, still]))
+    clip = read_capture(_save(folder, "w.npz", qpos=np.c_[ROOT, TURNS, still], fps=30))
+    np.testing.assert_allclose(clip.world_positions(), table.world_positions(), atol=2e-5)
