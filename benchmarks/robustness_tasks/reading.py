@@ -145,13 +145,13 @@ def writable(place: Place) -> Iterator[MotionDB]:
 
 def _read_cfg(data: bytes, _place: Place) -> object:
     """Read a context-free grammar, write it, and ask what it accepts."""
-    from motiondb.grammar.cfg import context_free, parse, prefix
+    from motiondb.grammar.cfg import context_free, parse
 
     grammar = context_free.read_grammar(_text(data))
     context_free.check_grammar(grammar)
     context_free.read_grammar(context_free.format_grammar(grammar))
     parse.accepts(grammar, grammar.terminals[:3])
-    return prefix.suggest(grammar, grammar.terminals[:1])
+    return parse.suggest(grammar, grammar.terminals[:1])
 
 
 def _read_motion_grammar(data: bytes, place: Place) -> object:
