@@ -202,6 +202,11 @@ _MANNERS = (
     ),
     (r"arms\s+akimbo", "hands on the hips"),
     (
+        r"(?:down\s+)?(?:on|onto)\s+(?:(?:the|his|her|their)\s+)?hands\s+and\s+(?:knees|feet)"
+        r"|(?:down\s+)?(?:on|onto)\s+all\s+fours",
+        "allfours",
+    ),
+    (
         rf"(?:com(?:es?|ing)|touch(?:es|ing)?)\s+(?:back\s+)?down(?=\s+on\s+(?:one|both|{_LEGS}))"
         r"(?!\s+on\s+\w+\s+knees?)",
         "land",

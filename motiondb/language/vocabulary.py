@@ -79,6 +79,7 @@ _SAID = {
     FIGURE_EIGHT: "in a figure eight",
     **{f"{way}{of}": f"{way}-{of}" for way in _LEGGED for of in ("legged", "footed")},
     **{"hiphop": "hip hop", "thumbsup": "thumbs up", "highfive": "high five"},
+    "allfours": "on all fours",
     IN_PLACE: "in place",
     IN_A_CIRCLE: "in a circle",
     SINGLE: "one",

@@ -162,6 +162,8 @@ def hand_at(words: Sequence[str]) -> tuple[str, str] | None:
     (('any', 'other hand'), None)
     >>> hand_at(("touch", "foot", "ground")), hand_at(("tap", "toe"))
     (None, None)
+    >>> hand_at(("foot", "touch")), hand_at(("touch", "foot"))
+    (None, ('any', 'foot'))
     >>> hand_at(("hand", "cross", "behind", "back")), hand_at(("arm", "fold", "across", "chest"))
     (('any', 'back'), ('any', 'other elbow'))
     """
@@ -175,6 +177,8 @@ def hand_at(words: Sequence[str]) -> tuple[str, str] | None:
     if len(named) != 1 or not (hands or _TOUCHES.intersection(words)):
         return None
     place = _PLACE_OF[named[0]]
+    if named[0] == "foot" and not hands and words[0] == "foot":  # "feet touch"
+        return None
     if place in ("foot", "floor") and not (hands or (_TOUCHES - _OF_FEET).intersection(words)):
         return None
     if place == "other elbow" and "arm" not in hands:

@@ -115,7 +115,7 @@ def compare_with_motion(
         contradicted += against
         unclear = unclear or not is_whole
         for action in actions_of[k]:
-            places[k], against = _meanwhile(seen, part, action, places[k], room)
+            places[k], against = _meanwhile(question.asked, seen, part, action, places[k], room)
             contradicted += against
             if measured_words(action):
                 places[k], against, is_unclear = _goes(
@@ -215,7 +215,12 @@ def _believed(asked: AskedWords, capture: int, action: Sequence[str]) -> set[str
 
 
 def _meanwhile(
-    seen: SeenFrames, part: Part, action: Sequence[str], place: PartPlace, room: slice
+    asked: AskedWords,
+    seen: SeenFrames,
+    part: Part,
+    action: Sequence[str],
+    place: PartPlace,
+    room: slice,
 ) -> tuple[PartPlace, list[str]]:
     """The place of a part that goes on, leaves, or has a posture, and what speaks against it."""
     if lasts_going(part, action):
@@ -223,7 +228,7 @@ def _meanwhile(
     if len(part.said) > 1 and {*action} <= STANDING:
         return place, other_posture(seen, action, place)
     if len(part.said) > 1 and posture_of(action):
-        return held_meanwhile(seen, action, place)
+        return held_meanwhile(asked, seen, action, place)
     if part.is_seen and not posture_of(action):
         return _leaves(seen, action, place, room)
     return place, []

@@ -10,7 +10,7 @@ import numpy as np
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.tree import SIDES
 from motiondb.language.vocabulary import SINGLE, as_said
-from motiondb.meaning.limb_sides import limb_held, limb_speeds, limbs_to_measure, side_amount
+from motiondb.meaning.limb_sides import PLAIN, limb_held, limb_speeds, limbs_to_measure, side_amount
 from motiondb.meaning.postures import posture_of, say_posture, sitting, standing
 from motiondb.meaning.travelled import turning
 from motiondb.search.asked_words import AskedWords
@@ -36,7 +36,7 @@ def lacks_posture(
     `found`: Where it was found; None: look for it in the whole take.
     """
     posture = posture_of(action)
-    if not posture or seen.is_away or _is_said(asked, seen, posture):
+    if not posture or seen.is_away or _is_said(asked, seen, action):
         return False
     return not (seen.events(posture) if found is None else found)
 
@@ -54,15 +54,18 @@ def leaves_posture_open(
     if not posture or seen.is_away:
         return False
     both = seen.events(f"{what} both") if side in ("left", "right") and what != "on" else []
-    is_said = alone or _is_said(asked, seen, posture)
+    is_said = alone or _is_said(asked, seen, action)
     return not is_said or any(a < end and b > start for a, b in both)
 
 
-def _is_said(asked: AskedWords, seen: SeenFrames, posture: str) -> bool:
-    """Whether a caption of a take says a posture."""
+def _is_said(asked: AskedWords, seen: SeenFrames, action: Sequence[str]) -> bool:
+    """Whether a caption of a take says the posture of an action, or where its hand is."""
     if asked.evidence.written.get(seen.capture) is None:
         return False
-    return any(posture_of(words) == posture for words in asked.learned.said_actions(seen.capture))
+    posture, core = posture_of(action), {*action} - PLAIN
+    is_at = posture.startswith("at ") and len(core) > 1  # "sit, ankle on knee, hand on chin"
+    said = asked.learned.said_actions(seen.capture)
+    return any(posture_of(words) == posture or (is_at and core <= {*words}) for words in said)
 
 
 def posture_though_excluded(
@@ -87,11 +90,16 @@ def held_inside(times: Sequence[tuple[int, int]], low: int, high: int) -> list[t
 
 
 def held_meanwhile(
-    seen: SeenFrames, action: Sequence[str], place: PartPlace
+    asked: AskedWords, seen: SeenFrames, action: Sequence[str], place: PartPlace
 ) -> tuple[PartPlace, list[str]]:
-    """Where in a place somebody holds a posture for longest; against it, if nowhere."""
+    """Where in a place somebody holds a posture for longest; against it, if nowhere.
+
+    A caption that says it is not contradicted: a short touch may be elsewhere in the take.
+    """
     held = held_inside(seen.events(posture_of(action)), place.start, place.end)
     start, end = max(held, key=lambda run: run[1] - run[0], default=(0, 0))
+    if not end and _is_said(asked, seen, action):
+        return unsure(place), []
     if not end:
         return unsure(place), [f"does not {say_posture(posture_of(action))} meanwhile"]
     return replace(unsure(place), start=start, end=end), []

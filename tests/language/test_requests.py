@@ -122,6 +122,7 @@ def test_changes_and_named_captures_are_read_as_they_are_meant(text: str, asked:
         ("walks with arms spread wide", "walk while raise both arm"),
         ("hip hop", "hip hop"),
         ("pushed by someone", "push"),
+        ("walks on hands and knees", "walk on all fours"),
         ("kick or punch but not both", "kick or punch"),
         ("before jumping he squats", "squat, then jump"),
         ("jump, pause, jump", "jump, then stand still, then jump"),
