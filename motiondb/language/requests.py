@@ -202,6 +202,11 @@ _MANNERS = (
     ),
     (r"arms\s+akimbo", "hands on the hips"),
     (
+        rf"(?<!both\s)(?<!left\s)(?<!right\s)hands(?=\s+(?:on|at|behind|against|over){_ON_BODY})"
+        r"(?!\s+(?:on|onto)\s+(?:(?:the|his|her|their)\s+)?hands)",
+        "both hands",
+    ),
+    (
         r"(?:down\s+)?(?:on|onto)\s+(?:(?:the|his|her|their)\s+)?hands\s+and\s+(?:knees|feet)"
         r"|(?:down\s+)?(?:on|onto)\s+all\s+fours",
         "allfours",
@@ -399,7 +404,7 @@ def without_request(text: str) -> str:
     >>> without_request("a jog that slows down to a walk"), without_request("turns into a corner")
     ('a jog , then walk', 'turns into a corner')
     >>> without_request("runs with both arms up"), without_request("walks with hands on hips")
-    ('runs while raising both arms ', 'walks while holding hands on hips')
+    ('runs while raising both arms ', 'walks while holding both hands on hips')
     >>> without_request("long takes of a waltz")
     'a waltz for a long time'
     >>> without_request("goes from lying on the floor to standing")

@@ -106,7 +106,7 @@ def test_a_posture_meanwhile_is_measured(db: motiondb.MotionDB) -> None:
         ("jump with the hands in the air", "overhead"),
         ("walk with both arms up", "raise both"),
         ("walk with high knees", "lift"),
-        ("walk with hands on hips", "at any hip"),
+        ("walk with a hand on the hip", "at any hip"),
         ("crouched walk", "low"),
         ("walks bent over", "stoop"),
     ],
