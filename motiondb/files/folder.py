@@ -109,14 +109,18 @@ within the first or, where other keys follow, the last few hundred bytes."""
 
 
 def find_captures(folder: Path | str, within: Path | None = None) -> list[Path]:
-    """Captures below a folder, sorted, none hidden; links that lead out of `within` count too."""
-    return sorted(
-        path
-        for path in _visible(Path(folder))
-        if path.suffix.lower() in FORMATS
-        and path.is_file()
-        and ((within is not None and leads_out(path, within)) or holds_capture(path))
-    )
+    """Captures below a folder, sorted, none hidden; links that lead out of `within` count too.
+
+    But not those named as sheets (".tsv"), of which few hold markers.
+    """
+
+    def counts(path: Path) -> bool:
+        if within is not None and leads_out(path, within):
+            return path.suffix.lower() != ".tsv"
+        return holds_capture(path)
+
+    every = _visible(Path(folder))
+    return sorted(p for p in every if p.suffix.lower() in FORMATS and p.is_file() and counts(p))
 
 
 def holds_capture(path: Path) -> bool:

@@ -151,17 +151,22 @@ def gaps_of(names: Sequence[str], seconds: Mapping[str, float]) -> str:
     return ", ".join(f"{name} ({seconds[name]:.1f} s)" for name in sorted(names))
 
 
+_SENTINEL = 999.0  # From which on a number that stands thrice is no place
+
+
 def is_place(numbers: FloatArray) -> BoolArray:
-    """Say which x, y, z (..., 3) can be a place: not infinite, and not one number three times.
+    """Say which x, y, z (..., 3) can be a place: not infinite, and not 0 or 999 and more thrice.
 
     Programs write markers that they lost as zeros, 9999.99 or -9999.
 
-    >>> is_place(np.array([[0.0, 0, 0], [9999.99] * 3, [np.nan] * 3, [1, 0, 0], [1e10, 0, 1]]))
+    >>> is_place(np.array([[0.0, 0, 0], [9999.99] * 3, [np.nan] * 3, [1, 1, 1], [1e10, 0, 1]]))
     array([False, False, False,  True, False])
     """
     with np.errstate(invalid="ignore"):
-        inside = np.asarray((np.abs(numbers) < LARGEST).all(axis=-1))
-        return inside & np.asarray((numbers != numbers[..., :1]).any(axis=-1))
+        sizes = np.abs(numbers)
+        inside = np.asarray((sizes < LARGEST).all(axis=-1))
+        differ = np.asarray((numbers != numbers[..., :1]).any(axis=-1))
+        return inside & (differ | ((sizes[..., 0] > 0.0) & (sizes[..., 0] < _SENTINEL)))
 
 
 def count_notes(stated: str, n_frames: int) -> tuple[str, ...]:

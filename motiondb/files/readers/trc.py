@@ -1,8 +1,8 @@
 """Reader of TRC: marker positions of Motion Analysis, OpenSim and Pose2Sim (:mod:`.markers`).
 
 Five lines say what follows: the rate, the counts and the unit stand in the third, the names of the
-markers in the fourth, each over three columns. A cell without a number, or one number three times
-(0, 9999.99), is a marker that was not seen, as in the frames that their numbers leave out. Where
+markers in the fourth, each over three columns. A cell without a number, or 0 or 9999.99 three
+times, is a marker that was not seen, as in the frames that their numbers leave out. Where
 the times of the frames contradict the rate, they hold. The axis up is not in the file: y is usual.
 
 Source: Motion Analysis, "Track Row Column (.trc) file format", as OpenSim's documentation has it.
