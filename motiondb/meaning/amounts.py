@@ -145,8 +145,8 @@ class Degree:
             speed = np.hypot(*inside[:, 1:3].T)
             return float(means_of(speed, min(round(STEADY * MOTION_FPS), len(speed))).max())
         if self.measure == "step":
-            steps = count_steps(track[first:behind])
-            way = np.hypot(*track[first:behind, 1:3].T).sum() / MOTION_FPS
+            steps = count_steps(inside)
+            way = np.hypot(*inside[:, 1:3].T).sum() / MOTION_FPS
             return float(way / steps) if steps > 1 else float("nan")
         if self.measure == "limbs":
             return float(inside[:, [7, 9, 10, 11]].mean())
@@ -211,7 +211,7 @@ def degree_of(words: Sequence[str]) -> Degree | None:
     travel = _OF_TRAVEL | _OF_STEPS if steps and not by_speed else _OF_TRAVEL
     others = [(actions, table) for actions, table in _OF_OTHERS if not actions.isdisjoint(words)]
     travels = not _TRAVELS.isdisjoint(words)
-    acts = not {*words} - MODIFIERS - {*_FAST, *_SLOW} <= {"step", "stride"}
+    acts = not {*words} - MODIFIERS - {*_FAST, *_SLOW} <= _STEPS
     of, table = others[0] if others else (frozenset(words), _speeds_as("limbs") if acts else {})
     table = travel if travels else table
     table = _OF_JUMPS if jumps else table

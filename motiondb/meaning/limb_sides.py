@@ -5,6 +5,10 @@ words of the leg), relative to the pelvis, in those of both sides. Of punches on
 from the shoulder counts, since the other hand is often drawn back as quickly. A side below
 ``LEAST`` is not the one that moves; neither are both if one of them is. Who walks moves both alike,
 so that this contradicts only what is clearly otherwise, and nothing where both limbs rest.
+
+Which limbs an action raises or lowers, and at which place it holds a hand, is read here from its
+words; whether a motion does so is told by its postures (:mod:`motiondb.meaning.postures`). A hand
+is at a place whose distance from the palm is at most that of ``_NEAR`` ("hands on hips").
 """
 
 from __future__ import annotations

@@ -254,7 +254,7 @@ def understand(
     part = read[0].parts[0]
     is_said = is_alone and searched_words == {*only} and not takings
     is_said = is_said and not (part.seconds or part.longest or is_repeated(part))
-    is_said = is_said and (at_place(only) or not OF_POSTURES.isdisjoint(only))
+    is_said = is_said and (bool(hand_at(only)) or not OF_POSTURES.isdisjoint(only))
     is_seen_alone = is_alone and (only in sentence.seen or not is_said)
     seen = (only,) if is_seen_alone else sentence.seen if looks_at_motion else ()
     return AskedQuestion(
@@ -308,16 +308,11 @@ def measured_words(action: Sequence[str]) -> frozenset[str]:
 def _measured_words(action: tuple[str, ...]) -> frozenset[str]:
     limbs = {*chain.from_iterable(limbs_to_measure(action)), *limb_held(action)}
     ends: Collection[str] = {"seat": {"down"}, "rise": {"up"}}.get(event_of(action), set())
-    if at_place(action):
+    if hand_at(action):
         ends = action
     elif posture_of(action):
         ends = _OF_ARMS.intersection(action) if _moves_hands(action) else {"down"}
     return frozenset((*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)))
-
-
-def at_place(action: Sequence[str]) -> bool:
-    """Whether an action holds a hand at a place, which is measured."""
-    return hand_at(action) is not None
 
 
 def _moves_hands(action: Sequence[str]) -> bool:

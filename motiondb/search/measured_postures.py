@@ -98,11 +98,11 @@ def held_meanwhile(
     """
     held = held_inside(seen.events(posture_of(action)), place.start, place.end)
     start, end = max(held, key=lambda run: run[1] - run[0], default=(0, 0))
-    if not end and _is_said(asked, seen, action):
+    if end:
+        return replace(unsure(place), start=start, end=end), []
+    if _is_said(asked, seen, action):
         return unsure(place), []
-    if not end:
-        return unsure(place), [f"does not {say_posture(posture_of(action))} meanwhile"]
-    return replace(unsure(place), start=start, end=end), []
+    return unsure(place), [f"does not {say_posture(posture_of(action))} meanwhile"]
 
 
 def other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:

@@ -101,9 +101,8 @@ def searched_together(
             spoken = only or action
             known = {*measured(spoken), *_implied(spoken)} - _free_limbs(spoken)
             left.extend(word for word in lost if word not in known)
-            left.extend(
-                {"still"}.intersection(action) if "sit" in action and not part.seconds else ()
-            )
+            if {"sit", "still"} <= {*action} and not part.seconds:
+                left.append("still")  # which is measured of who sits for some seconds
         now = tuple(dict.fromkeys(searched))
         return part if now == part.actions else replace(part, actions=now, said=part.actions)
 

@@ -446,10 +446,17 @@ def write_otherwise(
 
     `find` returns further known words. It is called only if a word of the question is not known.
     """
-    sentence, light = _without_light_heads(sentence)
+    written, same = _written_otherwise(sentence, find)
+    plain, light = _without_light_heads(written)
+    return plain, {**same, **light}
+
+
+def _written_otherwise(
+    sentence: Sentence, find: Callable[[], Collection[str]]
+) -> tuple[Sentence, dict[str, Taking]]:
+    """A question in the spelling of the database, see :func:`write_otherwise`."""
     if sentence.known.issuperset(sentence.forms):
-        joined, same = _joined(sentence)
-        return joined, {**light, **same}
+        return _joined(sentence)
     learned, known = sentence.learned, sentence.known.union(find())
 
     def together(words: Sequence[str | None]) -> bool:
@@ -460,13 +467,10 @@ def write_otherwise(
         sentence.text, known, learned.synonyms, learned.lemmas, together
     )
     if not phrases:
-        return sentence, light
-    same = light | {
-        word: Taking(word, ((phrase, 1.0),), is_same=True) for word, phrase in phrases.items()
-    }
+        return sentence, {}
+    same = {word: Taking(word, ((phrase, 1.0),), is_same=True) for word, phrase in phrases.items()}
     lemmas = [words_of(phrase, learned.synonyms, learned.lemmas) for phrase in phrases.values()]
-    done, more = _without_light_heads(Sentence(learned, changed, tuple(map(tuple, lemmas))))
-    return done, {**same, **more}
+    return Sentence(learned, changed, tuple(map(tuple, lemmas))), same
 
 
 def _without_light_heads(sentence: Sentence) -> tuple[Sentence, dict[str, Taking]]:
@@ -479,8 +483,7 @@ def _without_light_heads(sentence: Sentence) -> tuple[Sentence, dict[str, Taking
         is_light = (
             head in _LIGHT_HEADS and word in sentence.known - MODIFIERS - _LIGHT_HEADS - _SIZES
         )
-        numbers = {learned.word_numbers.get(one, -1) for one in (word, head)}
-        if not is_light or (word, head) == ("box", "step") or _say_together(learned, numbers):
+        if not is_light or (word, head) == ("box", "step") or sentence.is_said((word, head)):
             continue
         changed = re.sub(rf"\b({first})[ -]{second}\b", r"\1", text, flags=re.IGNORECASE)
         if changed != text:
@@ -507,8 +510,7 @@ def _joined(sentence: Sentence) -> tuple[Sentence, dict[str, Taking]]:
         whole = "".join(pair)
         if whole not in sentence.known or not sentence.known.issuperset(pair):
             continue
-        numbers = {learned.word_numbers.get(word, -1) for word in pair}
-        if _say_together(learned, numbers):
+        if sentence.is_said(pair):
             continue  # captions say both of one action: "side step"
         text = re.sub(rf"\b{pair[0]}[ -]{pair[1]}\b", whole, text, flags=re.IGNORECASE)
         same[" ".join(pair)] = Taking(" ".join(pair), ((whole, 1.0),), is_same=True)
