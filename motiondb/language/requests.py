@@ -61,6 +61,10 @@ _LIGHT = re.compile(
     re.IGNORECASE,
 )
 _WHO_CAN = r"(?:he|she|they|it|one|you|someone|ever)(?:\s+(?:can|could))?"
+_RISING = (  # what lifts arms, before or behind their word
+    r"(?:lift|put|bring|hold|throw|extend|stretch|reach|shoot|swing|fling)(?:s|ing|ting|ed)?"
+    r"|(?:mov|rais)(?:es?|ing|ed)|brought|held|threw|shot|swung|flung"
+)
 _SPEED = r"(?:speed|pace|tempo|cadence|velocity)"
 _DETERMINED = r"(?:his|her|their|the|its|one|both|a|left|right)"
 _HANDS = rf"(?:{_DETERMINED}\s+){{0,4}}(?:arm|hand)s?"
@@ -131,6 +135,11 @@ _MANNERS = (
         )
     ),
     (
+        rf"(?:(?:the|an?|each|every)\s+)?{_CAPTURES}\s+"
+        r"(?=(?:starts?|begins?|opens?|ends?|finish(?:es)?|concludes?)\s)",
+        "",
+    ),
+    (
         rf"(?:starts?|begins?|starting|beginning|started|began)\s+(?:off\s+|out\s+)?"
         rf"(?:(?:from|in)\s+(?:an?\s+)?)?(?={_POSED}\b)",
         "",
@@ -189,6 +198,18 @@ _MANNERS = (
     (
         r"with\s+((?:an?|one|two)\s+(?:\w+\s+){1,5}?)(?:at|in)\s+the\s+(?:very\s+)?end(?!\s+of)",
         r", then \1",
+    ),
+    (
+        rf"(?:{_RISING})\s+({_HANDS})\s+(?:(?:straight|all\s+the\s+way|right)\s+)?(?:up|high)"
+        rf"(?:\s+(?:high|({_OVERHEAD})))?(?!\s+(?:to|on|onto|and\s+down|the|{_OVERHEAD})\b)"
+        rf"|(?:{_RISING})\s+({_HANDS})\s+(?:up\s+)?(?:high\s+)?({_OVERHEAD})",
+        r"raising \1\3 \2\4",
+    ),
+    (
+        rf"(?:throw(?:s|ing|n)?|threw)((?:\s+(?:{_DETERMINED}|straight|right|left|quick|fast|hard"
+        r"|some|few|two|three|\d+)){0,3}\s+(?:punch|jab|hook|uppercut|cross|kick|combo"
+        r"|combination|haymaker)(?:e?s)?)",
+        r"\1",
     ),
     (
         rf"with\s+({_HANDS})\s+"
@@ -452,7 +473,8 @@ _SEVERAL = re.compile(
     re.IGNORECASE,
 )
 _BEGINS = re.compile(
-    r"(?:\w+\s+){0,2}?(?:starts?|begins?|starting|beginning)\s+(?:off\s+|out\s+)?(?:with|by)\b",
+    r"(?:\w+\s+){0,2}?(?:starts?|begins?|starting|beginning)\s+(?:off\s+|out\s+)?"
+    rf"(?:(?:with|by)\b|(?:(?:from|in)\s+(?:an?\s+)?)?{_POSED}\b)",
     re.IGNORECASE,
 )
 _IS_ONE = re.compile(r",|\b(?:then|and|while|or|but|at\s+the\s+end)\b", re.IGNORECASE)

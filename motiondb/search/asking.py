@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from itertools import chain, product
 
+from motiondb.errors import UnknownWordsError
 from motiondb.language.nearby.table import NearbyTable
 from motiondb.language.question.amounts import adverb_of
 from motiondb.language.question.readings import (
@@ -24,6 +25,7 @@ from motiondb.language.question.readings import (
     counted,
     hinted,
     is_order,
+    nothing_known,
     plain_actions,
     readings,
     say_count,
@@ -64,6 +66,7 @@ from motiondb.meaning.postures import (
     say_posture,
 )
 from motiondb.meaning.travelled import GOES, LEAST, REST, directions_to_measure
+from motiondb.search.asked_times import asked_time
 from motiondb.search.asked_words import (
     AskedWords,
     WrittenWord,
@@ -111,6 +114,7 @@ class AskedQuestion:
     unmeasured: tuple[str, ...] = ()  # Words that other questions measure and this one does not
     apart: tuple[str, ...] = ()  # Words that are asked for as one, and no caption says so
     left: tuple[str, ...] = ()  # Words that are neither searched nor measured
+    time: str = ""  # The part of a take in which it asks for its action, as written
     degree: Degree | None = None  # By which measure of the motion the answers are ordered
     is_order: bool = False  # Whether the order is looked for in the frames
     is_measured: bool = False  # Whether something is compared with the motion
@@ -134,7 +138,8 @@ class AskedQuestion:
     def is_silent(self) -> bool:
         """Whether no answer has a probability, since no own caption has checked the words."""
         unchecked = not self.asked.are_checked(self.readings)
-        return self.is_seen_alone or self.names_no_action or self.excludes_limbs or unchecked
+        is_other = self.is_seen_alone or self.names_no_action or self.excludes_limbs
+        return is_other or unchecked or bool(self.time)
 
     @cached_property
     def excludes_limbs(self) -> bool:
@@ -202,6 +207,8 @@ def ask(
         question = understand(asked, sentence, takings, looks_at_motion=True)
     shown = question.only if _moves_hands(question.only) else ()  # "put the hands up"
     missing = not_understood(sentence, {*question.asked.added, *question.taken, *shown})
+    if missing and MODIFIERS.issuperset(question.words):  # "hand" is no answer to "clap the hands"
+        raise UnknownWordsError(nothing_known(text, hints_of(takings)))
     return replace(question, text=text, same=same, missing=missing)
 
 
@@ -256,6 +263,7 @@ def understand(
     is_said = is_said and not (part.seconds or part.longest or is_repeated(part))
     is_said = is_said and (bool(hand_at(only)) or not OF_POSTURES.isdisjoint(only))
     is_seen_alone = is_alone and (only in sentence.seen or not is_said)
+    time = asked_time(known, read) if looks_at_motion else ""
     seen = (only,) if is_seen_alone else sentence.seen if looks_at_motion else ()
     return AskedQuestion(
         sentence.text,
@@ -266,6 +274,7 @@ def understand(
         tuple(
             replace(part, text=sentence.forms.get(part.text, part.text))
             for part in hinted((*known.not_used, *not_searched), hints)
+            if part.text != time
         ),
         takings,
         readings=read,
@@ -273,14 +282,16 @@ def understand(
         measured=(
             *(say_posture(posture_of(action)) for action in sorted(seen)),
             *sorted("on one leg" if word == SINGLE else word for word in measured if not seen),
+            *filter(None, (time,)),
         ),
         unmeasured=unmeasured,
         apart=apart,
         left=left,
+        time=time,
         degree=degree,
         is_order=is_single and is_order(read[0]),
         is_measured=looks_at_motion
-        and (degree is not None or any(is_measured(asked, one, only) for one in read)),
+        and (bool(degree or time) or any(is_measured(asked, one, only) for one in read)),
         is_seen_alone=is_seen_alone,
     )
 

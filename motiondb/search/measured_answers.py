@@ -42,7 +42,6 @@ from motiondb.language.question.readings import Exclusion, Part, say_count, say_
 from motiondb.language.question.tree import SIDES
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.direction import trodden_anywhere, vertical_ways
-from motiondb.meaning.edge_map import HALF
 from motiondb.meaning.limb_sides import (
     is_at_rest,
     limb_speeds,
@@ -61,6 +60,12 @@ from motiondb.meaning.travelled import (
     turning,
 )
 from motiondb.records import MOTION_FPS, FloatArray
+from motiondb.search.asked_times import (
+    frames_that_show,
+    place_in_time,
+    room_asked,
+    seconds_from_edge,
+)
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.asking import (
     AskedQuestion,
@@ -103,16 +108,19 @@ def compare_with_motion(
     """
     reading, actions_of = question.readings[n], question.compared[n]
     places, contradicted, gauged, unclear = list(placed.parts), list[str](), list[str](), False
+    miscounted, amount = set[str](), None
     for k, part in enumerate(reading.parts):
         is_next = k + 1 < len(places) and bool(reading.parts[k + 1].actions)
         room = slice(
             -(-places[k - 1].end // FEATURE_STEP) if k else 0,
             places[k + 1].start // FEATURE_STEP if is_next else seen.n_frames,
         )
+        room = room_asked(seen, question.time, room)
         places[k], against, is_whole = _at_events(
             question, seen, part, actions_of[k], places[k], room, reading.exclusions
         )
         contradicted += against
+        miscounted.update(against if is_repeated(part) else ())
         unclear = unclear or not is_whole
         for action in actions_of[k]:
             places[k], against = _meanwhile(question.asked, seen, part, action, places[k], room)
@@ -127,16 +135,16 @@ def compare_with_motion(
         if part.measure is not None and gauging:
             places[k], against, told = gauge(seen, part.measure, gauging, places[k], room)
             contradicted, gauged = [*contradicted, *against], [*gauged, *told]
+    if question.time:
+        places[0], against = place_in_time(
+            question.asked, seen, question.time, actions_of[0], places[0]
+        )
+        contradicted += against
+        amount = seconds_from_edge(seen, question.time, places[0])
     for exclusion in (*reading.exclusions, *reading.unseen):
         for k in range(exclusion.first, exclusion.last):
-            if excluded_event(exclusion) == "move" and not actions_of[k]:
-                places[k], against = _unmoved(seen, places[k])
-                contradicted, unclear = [*contradicted, *against], True
-                continue
-            done = _done_though_excluded(seen, actions_of[k], exclusion, places[k])
-            places[k] = unsure(places[k]) if done else places[k]
-            contradicted += done
-    amount = None
+            places[k], against, is_unclear = _without(seen, actions_of[k], exclusion, places[k])
+            contradicted, unclear = [*contradicted, *against], unclear or is_unclear
     if question.degree is not None:
         amount = question.degree.amount(seen.track, places[0].start, places[0].end)
     elif question.by_length:
@@ -146,6 +154,7 @@ def compare_with_motion(
         placed,
         parts=tuple(places),
         contradicted=spoken,
+        is_miscounted=miscounted == {*spoken} != set() and not is_surely_against(question, seen, n),
         is_unclear=unclear,
         amount=amount,
         gauged=tuple(gauged),
@@ -249,8 +258,9 @@ def _goes(
     asked = question.asked
     believed = _believed(asked, seen.capture, action)
     shown = np.zeros((2, seen.n_frames), dtype=bool)
-    shown[0, room] = _frames_that_show(asked, seen, action, place)[room]
     shown[1, room] = True
+    shown[0] = shown[1] & frames_that_show(asked, seen, action)
+    shown[0, _inside(place)] = shown[1, _inside(place)]
     sides = [
         (side, limb, limb_speeds(seen.limbs, limb, action))
         for side, limb in limbs_to_measure(action)
@@ -453,6 +463,19 @@ def _not_vertical(
     return [f"does not go {w}" for w in lasting if trodden_anywhere(seen.track, w) < 1.0]
 
 
+def _without(
+    seen: SeenFrames,
+    actions: Sequence[Sequence[str]],
+    exclusion: Exclusion,
+    place: PartPlace,
+) -> tuple[PartPlace, list[str], bool]:
+    """The place of a part without what is excluded, what speaks against it, and whether it may."""
+    if excluded_event(exclusion) == "move" and not actions:
+        return *_unmoved(seen, place), True
+    done = _done_though_excluded(seen, actions, exclusion, place)
+    return unsure(place) if done else place, done, False
+
+
 def _done_though_excluded(
     seen: SeenFrames,
     actions: Sequence[Sequence[str]],
@@ -575,20 +598,3 @@ def _moved(place: PartPlace, first: int, behind: int) -> PartPlace:
     if (first, behind) == (_inside(place).start, _inside(place).stop):
         return place
     return replace(place, start=FEATURE_STEP * first, end=FEATURE_STEP * behind, right=None)
-
-
-def _frames_that_show(
-    asked: AskedWords, seen: SeenFrames, action: Sequence[str], place: PartPlace
-) -> NDArray[np.bool_]:
-    """Which feature frames are those of a place, or reach half of the evidence of an action.
-
-    Directions and limbs are left out of the evidence; of words whose places were not learned there
-    is none.
-    """
-    shown = np.zeros(seen.n_frames, dtype=bool)
-    shown[_inside(place)] = True
-    known = [word for word in action if word in asked.numbers and word not in MODIFIERS]
-    smooth = seen.smooth([asked.numbers[word] for word in known])
-    if smooth is not None:
-        shown |= smooth >= HALF * max(float(smooth.max()), 0.0)
-    return shown

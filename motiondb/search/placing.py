@@ -82,6 +82,7 @@ class Placed:
     in_order: bool | None = None
     # What was measured against the question: "not backward", or "backward" where it is excluded
     contradicted: tuple[str, ...] = ()
+    is_miscounted: bool = False  # Whether all that was measured against it is how often it occurs
     # Whether the motion neither contradicts nor clearly shows something that was measured
     is_unclear: bool = False
     # How fast, high or far, if the question names a degree; NaN if that cannot be measured

@@ -65,13 +65,17 @@ class Judged:
         return is_against, is_against or _is_weak(answer), *self._first_rank(answer)[2:]
 
     def _placed_rank(self, answer: Found) -> Rank:
-        """Contradicted answers last, probable and clear ones first; then by the degree."""
+        """Contradicted answers last, probable and clear ones first; then by the degree.
+
+        Who jumps five times, not twice, comes before who does not jump at all.
+        """
         placed = self.place(answer)
         is_weak = _is_weak(answer) or _is_against(placed)
         amount = 0.0 if placed.amount is None else -self.sign * placed.amount
         is_unclear = placed.is_unclear or bool(np.isnan(amount))
         amount = 0.0 if np.isnan(amount) else amount
-        return bool(placed.contradicted), is_weak, is_unclear, amount, -answer.hit.log_odds
+        is_other = bool(placed.contradicted) and not placed.is_miscounted  # not what is asked for
+        return is_other, is_weak, is_unclear, amount, -answer.hit.log_odds
 
     def looked_at(self, answer: Found) -> Found:
         """An answer, without its probability unless order and motion agree with it.

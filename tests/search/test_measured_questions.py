@@ -12,6 +12,7 @@ import pytest
 import motiondb
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import readings, say, say_count
+from motiondb.language.question.tokens import time_of_take
 from motiondb.meaning.occurrences import find_occurrences
 from motiondb.meaning.postures import sitting
 from motiondb.records import FloatArray
@@ -32,6 +33,14 @@ def track_of(db: motiondb.MotionDB, name: str) -> FloatArray:
     """What is measured of a capture."""
     numbers = {info.name: number for number, info in db.learned.captures.items()}
     return db.session.frames.track(numbers[name])
+
+
+def jumps_of(db: motiondb.MotionDB, name: str) -> list[tuple[int, int]]:
+    return find_occurrences(track_of(db, name), "jump")
+
+
+def seconds_of(db: motiondb.MotionDB, name: str) -> float:
+    return next(info.duration for info in db.learned.captures.values() if info.name == name)
 
 
 def amounts(answer: motiondb.WordAnswer) -> list[float]:
@@ -334,6 +343,39 @@ def test_a_thing_beside_an_event_does_not_take_its_place(db: motiondb.MotionDB) 
     shared = [m for m in db.search("stand up from a chair", limit=5).matches if m.capture in plain]
     assert shared
     assert all((m.start, m.end) == plain[m.capture] for m in shared)
+
+
+@pytest.mark.parametrize(
+    ("question", "time"),
+    [("ends with a jump", "at the end"), ("jump in the first 1 s", "in the first 1 s")],
+)
+def test_an_action_is_looked_for_in_the_part_of_a_take(
+    db: motiondb.MotionDB, question: str, time: str
+) -> None:
+    answer = db.search(question, limit=60)
+    assert (time in answer.measured, answer.not_used) == (True, ())
+    assert {match.probability for match in answer.matches} == {None}
+    against = {m.capture for m in answer.matches if f"not {time}" in m.contradicted}
+    there = [m for m in answer.matches if m.capture not in against]
+    assert against
+    assert there
+    for match in there:
+        low, high = time_of_take(time, seconds_of(db, match.capture)) or (0.0, 0.0)
+        assert min(match.end, high) > max(match.start, low)
+    for capture in against:
+        low, high = time_of_take(time, seconds_of(db, capture)) or (0.0, 0.0)
+        assert not any(low < (a + b) / 60.0 < high for a, b in jumps_of(db, capture))
+
+
+def test_another_number_comes_before_another_action(db: motiondb.MotionDB) -> None:
+    answer = db.search("jump twice", limit=80)
+    counted = [n for n, m in enumerate(answer.matches) if any("not 2" in w for w in m.contradicted)]
+    shown = {m.capture for m in db.search("jump", limit=80).matches if (m.probability or 0) > 0.5}
+    more = [n for n in counted if len(jumps_of(db, answer.matches[n].capture)) > 2]
+    weak = [n for n, m in enumerate(answer.matches) if m.capture not in shown]
+    assert more
+    assert weak
+    assert max(n for n in more if answer.matches[n].capture in shown) < min(weak)
 
 
 def test_of_a_long_place_the_part_that_goes_in_the_direction_is_told() -> None:

@@ -59,10 +59,10 @@ def test_a_compound_is_written_apart_only_where_captions_say_it_of_one_action() 
 
 
 def test_the_rest_of_a_question_carries_no_probability(db: motiondb.MotionDB) -> None:
-    answer = db.search("crawling on hands", limit=3)
+    answer = db.search("crawling to a chair", limit=3)
     assert answer.missing == ("crawling",)
     assert answer.not_understood == (
-        "not understood: 'crawling'; these are answers for 'hand' alone"
+        "not understood: 'crawling'; these are answers for 'chair' alone"
     )
     assert answer.matches_anything is None
     chances = [part for match in answer.matches for part in (match, *match.parts)]
@@ -71,6 +71,12 @@ def test_the_rest_of_a_question_carries_no_probability(db: motiondb.MotionDB) ->
     assert {one.interval_probability for one in chances} == {None}
     told = search_answer(answer)
     assert (told.missing, told.sentences[0]) == (("crawling",), answer.not_understood)
+
+
+@pytest.mark.parametrize("question", ["crawling on hands", "crawl backward", "crawl, both arms"])
+def test_parts_of_the_body_and_directions_are_no_rest(db: motiondb.MotionDB, question: str) -> None:
+    with pytest.raises(motiondb.UnknownWordsError, match="found 'crawl'"):
+        db.search(question)
 
 
 def test_the_rest_of_a_question_is_answered_as_it_was_asked(
@@ -95,10 +101,9 @@ def test_a_word_that_names_no_action_may_be_missing(db: motiondb.MotionDB) -> No
 
 
 def test_what_is_missing_stands_first_and_without_scores(command: Any, learned_file: Path) -> None:
-    lines = command("search", "crawling on hands", "--limit", 1, "--db", learned_file).out.split(
-        "\n"
-    )
-    assert lines[0] == "not understood: 'crawling'; these are answers for 'hand' alone"
+    told = command("search", "crawling to a chair", "--limit", 1, "--db", learned_file).out
+    lines = told.split("\n")
+    assert lines[0] == "not understood: 'crawling'; these are answers for 'chair' alone"
     assert "score" not in lines[2]
     assert lines[-2] == "(-: no reliable probability for this kind of question)"
 

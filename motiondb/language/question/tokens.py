@@ -154,6 +154,44 @@ def match_connective(text: str, place: int) -> tuple[str, re.Match[str]] | None:
     return None
 
 
+EDGE = 3.0  # Seconds of a take, or half of it, that are its beginning or its end
+_TIME_OF_TAKE = re.compile(
+    r"(?:with)?in\s+the\s+(?P<which>first|last|final)\s+(?:(?P<number>[0-9]+(?:[.,][0-9]+)?)\s*)?"
+    r"(?P<unit>half|third|m|s)\w*|at\s+the\s+(?:very\s+)?(?P<edge>beginning|start|end)\b.*"
+    r"|(?P<side>after|before)\s+(?:the\s+first\s+)?(?P<limit>[0-9]+(?:[.,][0-9]+)?)\s*(?P<of>m|s)\w*",
+    re.IGNORECASE,
+)
+
+
+def time_of_take(text: str, seconds: float) -> tuple[float, float] | None:
+    """The seconds [a, b) of a take that a part of a question names; None if it names none.
+
+    >>> time_of_take("at the end", 10.0), time_of_take("in the first half", 10.0)
+    ((7.0, 10.0), (0.0, 5.0))
+    >>> time_of_take("in the last 2 s", 10.0), time_of_take("after 4 seconds", 10.0)
+    ((8.0, 10.0), (4.0, 10.0))
+    """
+    found = _TIME_OF_TAKE.fullmatch(text.strip())
+    if found is None:
+        return None
+    if found["edge"]:
+        length, is_first = min(EDGE, seconds / 2.0), found["edge"].lower() != "end"
+    elif found["side"]:
+        limit = min(_seconds(found["limit"], found["of"]), seconds)
+        return (limit, seconds) if found["side"].lower() == "after" else (0.0, limit)
+    else:
+        share = {"half": seconds / 2.0, "third": seconds / 3.0}.get(found["unit"].lower())
+        length = _seconds(found["number"] or "1", found["unit"]) if share is None else share
+        is_first = found["which"].lower() == "first"
+    length = min(length, seconds)
+    return (0.0, length) if is_first else (seconds - length, seconds)
+
+
+def _seconds(number: str, unit: str) -> float:
+    """A number of seconds or minutes, as written, in seconds."""
+    return float(number.replace(",", ".")) * (60.0 if unit[0] in "mM" else 1.0)
+
+
 MOST_CHARACTERS = 5_000  # Longest question; captions have some 100 characters
 MOST_TOKENS = 250  # Largest number of words and connectives of a question; captions have up to 40
 
