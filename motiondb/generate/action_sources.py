@@ -56,7 +56,7 @@ from motiondb.meaning.direction import (
     VERTICAL,
     directions_of,
 )
-from motiondb.meaning.limb_sides import limbs_to_measure
+from motiondb.meaning.limb_sides import limb_held, limbs_to_measure
 from motiondb.meaning.postures import is_posture_alone, posture_of
 from motiondb.records import FloatArray, IntArray
 from motiondb.search.by_words import SEEN_ALONE
@@ -260,10 +260,11 @@ def _without_measured(group: tuple[str, ...]) -> tuple[str, ...]:
 
     >>> _without_measured(("wave", "left", "hand")), _without_measured(("wave", "hand"))
     (('wave',), ('wave', 'hand'))
-    >>> _without_measured(("jump", "left")), _without_measured(("turn", "left"))
-    (('jump',), ('turn', 'left'))
+    >>> _without_measured(("jump", "left")), _without_measured(("hop", "left", "leg"))
+    (('jump',), ('hop',))
     """
     measured = {word for pair in limbs_to_measure(group) for word in pair}
+    measured |= {*limb_held(group)} if "hop" in group else set()
     if not {*ALOFT, *OCCURRING}.isdisjoint(group):
         measured |= SIDES.intersection(directions_of(group))
     return tuple(word for word in group if word not in measured) or group

@@ -36,7 +36,7 @@ from motiondb.generate.action_sources import Source
 from motiondb.generate.cycles import Loop, best_loop, calmest_phase, find_period, repeat
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import IN_PLACE
+from motiondb.language.vocabulary import IN_PLACE, as_said
 from motiondb.meaning.direction import (
     ACTIONS,
     OCCURRING,
@@ -47,6 +47,7 @@ from motiondb.meaning.direction import (
     lacking,
 )
 from motiondb.meaning.extents import whole_occurrences
+from motiondb.meaning.limb_sides import limb_held
 from motiondb.meaning.occurrences import COUNTED, FLIGHTS, find_occurrences
 from motiondb.meaning.travelled import directions_to_measure
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
@@ -337,15 +338,19 @@ class Movement:
 def counted_word(action: PlannedAction) -> str | None:
     """The word of an action whose occurrences are counted.
 
-    None for hops, kicks and punches with a limb of one side, since those of either one are found.
+    None for kicks and punches with a limb of one side, since those of either one are found.
 
     >>> counted_word(PlannedAction((("jump", "left"),)))
     'jump'
+    >>> counted_word(PlannedAction((("hop", "left", "leg"),)))
+    'hop left'
     >>> counted_word(PlannedAction((("kick", "left", "leg"),))) is None
     True
     """
     for group in action.groups:
         is_sided = bool(SIDES.intersection(group) and LIMBS.intersection(group))
+        if "hop" in group and (held := limb_held(group)):
+            return f"hop {as_said(held[0])}"
         for word in group:
             if word in COUNTED and not (is_sided and word in OCCURRING):
                 return word

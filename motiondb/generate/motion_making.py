@@ -61,12 +61,17 @@ from motiondb.language.question.tree import (
     parts_of,
 )
 from motiondb.language.translation import decoding
-from motiondb.language.vocabulary import MODIFIERS, SINGLE, TRAVELS, as_said, nearest_words
+from motiondb.language.vocabulary import MODIFIERS, TRAVELS, as_said, nearest_words
 from motiondb.learn.learned import Learned
 from motiondb.learn.recognition import recognise
 from motiondb.meaning.amounts import amounts_of, off, outside
-from motiondb.meaning.direction import directions_of, is_as_in_search, words_of_measured
-from motiondb.meaning.limb_sides import hand_at
+from motiondb.meaning.direction import (
+    HOPS_ON,
+    directions_of,
+    is_as_in_search,
+    words_of_measured,
+)
+from motiondb.meaning.limb_sides import hand_at, limb_held
 from motiondb.meaning.occurrences import FLIGHTS, measured_track
 from motiondb.meaning.postures import EVERY_POSTURE, is_posture_alone, posture_of
 from motiondb.records import MOTION_FPS, IntArray
@@ -334,7 +339,7 @@ def _as_in_search(groups: Sequence[Sequence[str]]) -> tuple[str, ...]:
 
 def _is_asked(measured: str) -> bool:
     """Whether what is measured is judged although no excerpt does it."""
-    return is_as_in_search(measured) or measured in EVERY_POSTURE
+    return is_as_in_search(measured) or measured in (*EVERY_POSTURE, *HOPS_ON)
 
 
 def _measured_words(tree: Node, counts: Mapping[str, int], held: Callable[[str], bool]) -> set[str]:
@@ -345,6 +350,7 @@ def _measured_words(tree: Node, counts: Mapping[str, int], held: Callable[[str],
             measured.update(action.words)
             continue
         words = words_of_measured(_as_in_search([action.words])) & MODIFIERS
+        words |= {*limb_held(action.words)} if "hop" in action.words else set()
         if any(word in counts for word in action.words if word not in words):
             measured |= words
     return measured - counts.keys()
@@ -356,10 +362,7 @@ def _each_word_once(question: Question) -> Question:
     def once(action: Action) -> Action:
         if hand_at(action.words):  # "the left hand at the left hip"
             return action
-        words = tuple(dict.fromkeys(action.words))
-        if "hop" in words and SINGLE in words:  # as who hops does
-            words = tuple(w for w in words if w not in {SINGLE, "leg", "foot"})
-        return replace(action, words=words)
+        return replace(action, words=tuple(dict.fromkeys(action.words)))
 
     return replace(question, tree=map_actions(question.tree, once))
 

@@ -311,8 +311,18 @@ _MANNERS = (
         r"(.+?)\s+(?:at|in)\s+the\s+(?:very\s+)?end$",
         r"\1, then \2",
     ),
+    *(
+        (
+            r"((?:sit|lie|kneel|squat|crouch|rest)(?:s|t?ing)?(?:\s+down)?(?:\s+on(?:\s+\w+){1,2})?)"
+            r"(?:,|\s+and|\s+then)+\s+(?:wait|paus|stay|remain|rest)e?s?(?:\s+there)?"
+            rf"(?=\s*(?:{before}))",
+            rf"\1{long}",
+        )
+        for before, long in (("for\\b", ""), ("$|,|then\\b|and\\b", " for a while"))
+    ),
     (
-        r"((?:^|,\s*|then\s+|and\s+))paus(?:es?|ing|ed)(?=\s*(?:$|,|then\b|and\b|for\b))",
+        r"((?:^|,\s*|then\s+|and\s+|\b(?:he|she|they|who|one|person|man|woman)\s+))"
+        r"(?:paus(?:es?|ing|ed)|wait(?:s|ing|ed)?)(?=\s*(?:$|,|then\b|and\b|for\b))",
         r"\1standing still",
     ),
     (

@@ -45,6 +45,7 @@ from motiondb.meaning.limb_sides import (
     LEGS,
     PUNCHES,
     is_at_rest,
+    limb_held,
     limbs_to_measure,
     say_other_limb,
     side_amount,
@@ -74,6 +75,7 @@ from motiondb.meaning.travelled import (
 )
 from motiondb.records import MOTION_FPS, FloatArray
 
+HOPS_ON = ("hop left", "hop right", "hop one")  # On the leg of a side, or on one
 _OVER = ("cartwheel", "flip", "backflip", "somersault")
 FULL = {
     "up": 0.15,
@@ -87,7 +89,7 @@ FULL = {
     "jump": 0.2,
     "leap": 0.2,
     "jete": 0.2,
-    "hop": 1.0,
+    **dict.fromkeys(("hop", *HOPS_ON), 1.0),
     "kick": 1.0,
     "punch": 1.0,
     **LEANS,
@@ -142,8 +144,8 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     (('spin left',), ('left hand out',))
     >>> directions_of(("bend", "down")), directions_of(("jump", "down"))
     (('bend',), ('down', 'jump'))
-    >>> directions_of(("raise", "both", "arm")), directions_of(("kneel", "down"))
-    (('raise both',), ('kneel',))
+    >>> directions_of(("raise", "both", "arm")), directions_of(("hop", "left", "leg", "backward"))
+    (('raise both',), ('hop left', 'backward'))
     """
     if is_posture_alone(words):
         return (posture_of(words),)
@@ -151,6 +153,9 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     limbs = [
         f"{side} {limb}{'' if limb in LEGS else out}" for side, limb in limbs_to_measure(words)
     ]
+    held = limb_held(words) if "hop" in words else ()
+    if held:
+        return (f"hop {as_said(held[0])}", *_travelled(words))
     is_sided = bool(SIDES.intersection(words) and LIMBS.intersection(words))
     vertical = [w for w in words if w in VERTICAL and {*_SAID_BY[w]}.isdisjoint(words)]
     named = [word for word in words if word in ACTIONS and not (word in OCCURRING and is_sided)]
@@ -235,6 +240,8 @@ def say_measured(measured: str) -> str:
     """
     if measured in EVERY_POSTURE:
         return say_posture(measured)
+    if measured in HOPS_ON:
+        return f"hop on {'' if measured == 'hop one' else 'the '}{measured[4:]} leg"
     if measured.startswith("both "):
         return {"both foot": "both feet"}.get(measured, f"{measured}s")
     return measured if measured in FULL else " ".join(map(as_said, measured.split()))
@@ -248,7 +255,7 @@ def say_not_done(measured: str, amount: float) -> str:
     >>> say_not_done("left hand", 0.1), say_not_done("left hand", 0.0)
     ('it moves the right hand, not the left', 'it does not move the left hand')
     """
-    if measured in (*ACTIONS, *EVERY_POSTURE):
+    if measured in FULL and measured not in VERTICAL:
         return f"it does not {say_measured(measured)}"
     first, _, second = measured.removesuffix(OUT).partition(" ")
     if second in LIMBS and amount <= 0.0:
@@ -320,7 +327,7 @@ def _way(track: FloatArray, measured: str) -> FloatArray:
     if measured in EVERY_POSTURE:
         held = ~frames_without(find_occurrences(track, measured), len(track))
         return np.asarray(np.cumsum(held) / MOTION_FPS)
-    if measured in OCCURRING:
+    if measured in (*OCCURRING, *HOPS_ON):
         share = np.zeros(len(track))
         for start, end in find_occurrences(track, measured):
             share[start:end] = 1.0 / (end - start)

@@ -8,7 +8,8 @@ words               one occurrence
 jump, leap, jete    a time of at least 0.1 s in which the pelvis is aloft, and both feet are off the
                     ground once
 hop                 such a time in which both feet are off the ground, and that ends on a foot on
-                    which it began; a flight from one foot to the other is a leap
+                    which it began; a flight from one foot to the other is a leap. "Hop left", "hop
+                    one": with the other foot above it before and after
 kick                a time in which a foot is at least 0.35 m higher than in standing, that began
                     quickly, and in which the leg is stretched once and the trunk is upright; not
                     behind the pelvis; the middle of the shank is at 0.29 m on this body
@@ -100,6 +101,9 @@ OVER = frozenset(("cartwheel", "flip", "backflip", "somersault", "roll", "handst
 TURN_SPEED, SPIN_SPEED, TURNED = 0.8, 2.0, 0.7  # rad/s, rad/s, rad
 COUNTED = (*FLIGHTS, "kick", "punch", *sorted(OVER), *LEANS, *LOW)
 """Words whose occurrences are counted in a motion that is made or judged."""
+LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
+"""Height of a foot over the other one, m, and share of some frames, of who is on one foot; frames
+before and after a flight, in which this holds of a hop."""
 STOPPED, STEP = 0.3, 15  # m/s; frames (0.5 s) over which speeds are averaged
 _RISES = frozenset(("stand", "get", "rise"))
 _I = body.INDEX
@@ -216,7 +220,11 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
             track[:, 3], *((SPIN_SPEED, SPUN) if word == "spin" else (TURN_SPEED, TURNED))
         )
     flights = [(a, b) for a, b in closed_runs(aloft(track)) if b - a >= SHORTEST_FLIGHT]
-    return [flight for flight in flights if word != "hop" or _is_hop(track[:, 4:6], flight)]
+    if what != "hop":
+        return flights
+    feet = track[:, 4:6]
+    hops = [flight for flight in flights if _is_hop(feet, flight)]
+    return [hop for hop in hops if not side or is_on_foot(_beside(feet, hop), side)]
 
 
 def _bent(track: FloatArray, word: str) -> NDArray[np.bool_]:
@@ -338,14 +346,32 @@ def _kicking(track: FloatArray, foot: int) -> NDArray[np.bool_]:
     return kept
 
 
+def _beside(feet: FloatArray, flight: tuple[int, int]) -> FloatArray:
+    """The `feet` (frames, 2) just before and after a flight."""
+    start, end = flight
+    return np.concatenate([feet[max(start - BESIDE, 0) : start], feet[end : end + BESIDE]])
+
+
+def is_on_foot(feet: FloatArray, side: str) -> bool:
+    """Whether the foot of a side, or one, is below the other for most of some frames.
+
+    `feet` (frames, 2): heights, m.
+
+    >>> feet = np.tile([0.0, 0.2], (10, 1))
+    >>> [is_on_foot(feet, side) for side in ("left", "right", "one")]
+    [True, False, True]
+    """
+    over = feet[:, 1] - feet[:, 0]  # of the right foot over the left one
+    alone = {"left": over, "right": -over}.get(side, np.abs(over)) > LIFTED
+    return bool(len(feet)) and float(alone.mean()) >= ON_ONE
+
+
 def _is_hop(feet: FloatArray, flight: tuple[int, int]) -> bool:
     """Whether both `feet` (frames, 2) leave the ground, and one that it began on lands first."""
     down = feet <= MAX_HEIGHT
     first, last = max(flight[0] - NEAR_GROUND, 0), flight[1] + NEAR_GROUND
     up = list(runs(np.asarray(~down[first:last].any(axis=1))))
-    if not up:
-        return False
-    start, end = max(up, key=lambda run: run[1] - run[0])
+    start, end = max(up, key=lambda run: run[1] - run[0], default=(0, 0))
     if start == 0 or first + end >= len(down):
         return False
     return bool((down[first + start - 1] & down[first + end]).any())

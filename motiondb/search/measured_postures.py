@@ -9,8 +9,9 @@ import numpy as np
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.tree import SIDES
-from motiondb.language.vocabulary import SINGLE, as_said
+from motiondb.language.vocabulary import SINGLE
 from motiondb.meaning.limb_sides import PLAIN, limb_held, limb_speeds, limbs_to_measure, side_amount
+from motiondb.meaning.occurrences import is_on_foot
 from motiondb.meaning.postures import posture_of, say_posture, sitting, standing
 from motiondb.meaning.travelled import turning
 from motiondb.search.asked_words import AskedWords
@@ -19,9 +20,6 @@ from motiondb.search.seen_frames import SeenFrames
 
 CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
 WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
-LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
-"""Height of a foot over the other one, m, and share of a place, of who is on one foot; frames
-before and after a flight, in which this holds of a hop."""
 HELD_FOR = 9  # Frames (0.3 s) for which a posture is at least held while something else is done
 
 
@@ -118,18 +116,15 @@ def on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> 
     held = limb_held(action)
     if not held:
         return []
-    inside = np.zeros(len(seen.track), dtype=bool)
-    inside[place.start : place.end] = True
+    side, leg = (
+        ("one", f"one {held[1]}") if held[0] == SINGLE else (held[0], f"the {' '.join(held)}")
+    )
     if "hop" in action:
-        beside = np.zeros_like(inside)
-        for start, end in seen.events("jump"):
-            beside[max(start - BESIDE, 0) : start] = beside[end : end + BESIDE] = True
-        inside &= beside
-    feet = seen.track[inside, 4:6]
-    over = feet[:, 1] - feet[:, 0]  # of the right foot over the left one
-    alone = {"left": over, "right": -over}.get(held[0], np.abs(over)) > LIFTED
-    leg = " ".join(map(as_said, held)) if held[0] == SINGLE else f"the {' '.join(held)}"
-    return [] if len(feet) and alone.mean() >= ON_ONE else [f"is not on {leg} alone"]
+        hops = seen.events(f"hop {side}")
+        is_on = any(a < place.end and b > place.start for a, b in hops)
+    else:
+        is_on = is_on_foot(seen.track[place.start : place.end, 4:6], side)
+    return [] if is_on else [f"is not on {leg} alone"]
 
 
 def events_of_side(

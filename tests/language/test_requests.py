@@ -161,6 +161,13 @@ def test_changes_and_named_captures_are_read_as_they_are_meant(text: str, asked:
         ("comes down on both feet", "land both foot"),
         ("comes down on one knee", "kneel down"),
         ("jumps with knees up", "jump while raise knee"),
+        ("lifts both arms above the head", "raise both arm above the head"),
+        ("puts his hands up", "raise hand"),
+        ("put the hands on the hips", "put both hand hip"),
+        ("throws jabs", "jab"),
+        ("throws the ball", "throw ball"),
+        ("sits down, waits for 3 s and stands up", "(sit down for 3 s), then stand up"),
+        ("walks, waits, walks on", "walk, then stand still, then walk"),
     ],
 )
 def test_phrases_of_manner_are_read_as_what_is_measured(text: str, understood: str) -> None:
@@ -173,6 +180,11 @@ def test_phrases_of_manner_are_read_as_what_is_measured(text: str, understood: s
         ("ends with a jump", "at the end"),
         ("clips that begin with a squat", "at the start"),
         ("kick or punch but not both", "but not both"),
+        ("the take ends sitting", "at the end"),
+        ("a clip starts standing", "at the start"),
+        ("runs faster and faster", "faster and faster"),
+        ("walks, getting slower", "getting slower"),
+        ("sits down, waits and stands up", "for a while"),
     ],
 )
 def test_what_a_single_action_does_not_honour_is_told(text: str, told: str) -> None:

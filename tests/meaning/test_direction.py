@@ -114,6 +114,16 @@ def test_a_hop_ends_on_a_foot_that_it_began_on(
     assert gone(track, "hop") == pytest.approx(hops)
 
 
+def test_a_hop_on_one_leg_has_the_other_foot_above_it() -> None:
+    both, left = _track(), _track()
+    _fly(both, 50, 60, (slice(50, 60), slice(50, 60)))
+    _fly(left, 50, 60, (slice(50, 60), slice(30, 80)))
+    for word, hops in (("hop left", 1), ("hop one", 1), ("hop right", 0)):
+        assert len(find_occurrences(left, word)) == hops
+        assert gone(left, word) == pytest.approx(hops)
+        assert find_occurrences(both, word) == []
+
+
 def test_kicks_of_both_legs_at_once_are_one() -> None:
     track = _track()
     track[20:32, 4] = track[28:40, 5] = track[80:90, 5] = 0.8

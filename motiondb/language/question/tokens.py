@@ -68,6 +68,13 @@ _WORDS = (
         r"|(?:a\s+few|several|some|a\s+couple\s+of)\s+(?:met(?:er|re)s?|yards?|feet|degrees)",
     ),
     (
+        "change",
+        r"(?:(?:get|becom|grow|go)(?:s|es|ing|t?ing)?\s+)?(?P<more>[a-z]+er)\s+and\s+(?P=more)"
+        r"|more\s+and\s+more(?:\s+[a-z]+ly)?|(?:get|becom|grow)(?:s|es|ing|ting)\s+"
+        r"(?:ever\s+)?(?:fast|slow|quick|high|low|loud|wid|small|bigg|larg|weak|strong)er"
+        r"|gradually|increasingly|progressively|(?:little|bit)\s+by\s+(?:little|bit)",
+    ),
+    (
         "soon",
         r"(?:immediately|directly|straight|just|shortly|soon|long"
         r"|(?:(?<=and\s)|(?<=,\s)|(?<=then\s)|(?<=down\s)|(?<=up\s)|^)right)"
@@ -204,6 +211,7 @@ _AMOUNTS = ("number", "vague", "filler")  # Kinds between a verb and the steps o
 _MEASURED_IN_STEPS = VERBS - MODIFIERS - LIMBS - {"take", "climb", "ascend", "descend"}
 _UNUSED = {
     "vague": "it names neither a duration nor a count",
+    "change": "how it changes is not compared",
     "soon": "how soon one action follows another is not compared",
     "only": "what else a capture shows is not compared",
     "whom": "who does it to whom is not compared",
