@@ -192,6 +192,12 @@ def count_steps(track: FloatArray) -> int:
     return int(len(sides) > 0) + int((np.diff(sides) != 0).sum())
 
 
+def is_of_degree(word: str) -> bool:
+    """Whether a word says how fast, high, far or long something is."""
+    ways = (_OF_TRAVEL, _OF_JUMPS, _OF_KICKS, _DEPTHS, _OF_STEPS)
+    return any(word in way for way in ways)
+
+
 def degree_of(words: Sequence[str]) -> Degree | None:
     """The degree that an action names; None if it names none, or several.
 

@@ -22,6 +22,7 @@ up is not to stand on a leg, and the legs swing. So neither counts as written th
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -36,6 +37,7 @@ from motiondb.language.question.tree import LIMBS
 from motiondb.language.vocabulary import MODIFIERS, words_of
 from motiondb.language.word_vectors.word_vectors import word_vectors
 from motiondb.learn.learned import Learned
+from motiondb.meaning.amounts import is_of_degree
 from motiondb.meaning.caption_map import likeness_of
 from motiondb.meaning.limb_sides import LEGS
 from motiondb.meaning.place_fitting import Written, interval_evidence
@@ -54,6 +56,9 @@ from motiondb.search.takings import Sentence, Taking, take_word
 
 PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})
 """Tags whose values do not describe the motion."""
+NAMES = "names"  # Where a word is written, as a tag is
+_OF_NAMES = re.compile(r"[^\W\d_](?:[^\W\d_A-Z]+|[A-Z]*(?![^\W\d_A-Z]))")  # "JumpTwist" has two
+SHORTEST_OF_NAMES = 3  # Letters of a word of a name: others are mostly codes
 MOST_WORDS_OF_TAG = 4  # Largest number of words in a tag's value that counts as a label
 
 
@@ -66,9 +71,9 @@ class WrittenWord:
     word : str
         Its lemma.
     tags : tuple of str
-        Tags that hold it, such as "style=exhausted".
+        Tags that hold it, such as "style=exhausted", and "names" if names of captures do.
     captures : frozenset of int
-        Numbers of the captures whose captions or tags hold it.
+        Numbers of the captures whose captions, tags or names hold it.
     in_captions : int
         Number of captures whose captions hold it.
     """
@@ -207,25 +212,44 @@ def learned_words(learned: Learned) -> AskedWords:
 
 
 def find_written(learned: Learned) -> dict[str, WrittenWord]:
-    """Words that were not learned and are written in captions or tags: lemma -> where."""
-    known = frozenset(learned.known_words)
+    """Words that were not learned and are written in captions, tags or names: lemma -> where."""
+    spelling = learned.synonyms, learned.lemmas
     captions: dict[str, set[int]] = {}
     for capture, rows in learned.captions.items():
-        for caption in rows:
-            for word in words_of(caption.words, learned.synonyms, learned.lemmas):
-                if word not in known and capture in learned.rows:
-                    captions.setdefault(word, set()).add(capture)
+        for caption in rows if capture in learned.rows else ():
+            for word in words_of(caption.words, *spelling):
+                captions.setdefault(word, set()).add(capture)
     tags: dict[str, dict[str, set[int]]] = {}
     for capture in learned.rows:
-        for word, tag in _tag_words(learned.captures[capture], learned.synonyms, learned.lemmas):
-            if word not in known:
-                tags.setdefault(word, {}).setdefault(tag, set()).add(capture)
+        for word, tag in _tag_words(learned.captures[capture], *spelling):
+            tags.setdefault(word, {}).setdefault(tag, set()).add(capture)
+    for word, named in _in_names(learned).items():
+        tags.setdefault(word, {})[NAMES] = named
     words = {}
-    for word in sorted({*captions, *tags}):
+    for word in sorted({*captions, *tags} - {*learned.known_words}):
         said, tagged = captions.get(word, set()), tags.get(word, {})
         everywhere = frozenset(said.union(*tagged.values()))
         words[word] = WrittenWord(word, tuple(sorted(tagged)), everywhere, len(said))
     return words
+
+
+def _in_names(learned: Learned) -> dict[str, set[int]]:
+    """Words that names of captures hold and that may say what these show: word -> captures.
+
+    No directions, sizes and speeds, and nothing that more than half of the names hold.
+    """
+    found: dict[str, set[int]] = {}
+    for capture in learned.rows:
+        name = " ".join(_OF_NAMES.findall(learned.captures[capture].name))
+        for word in words_of(name, learned.synonyms, learned.lemmas):
+            found.setdefault(word, set()).add(capture)
+    most = len(learned.rows) // 2
+    return {
+        word: named
+        for word, named in found.items()
+        if len(named) <= most and len(word) >= SHORTEST_OF_NAMES
+        if word not in MODIFIERS and not is_of_degree(word)
+    }
 
 
 def _tag_words(

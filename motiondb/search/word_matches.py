@@ -104,5 +104,5 @@ def _part_words(reading: Reading) -> list[str]:
 def _say_part(part: MatchPart) -> str:
     """A part of an answer with its interval, or that its place is unknown."""
     if part.place == "unknown":
-        return f"{part.words} somewhere in {part.start:g}-{part.end:.1f} s, by its caption"
+        return f"{part.words} somewhere in {part.start:g}-{part.end:.1f} s, as written"
     return f"{part.words} {part.start:.2f}-{part.end:.2f} s"

@@ -46,6 +46,15 @@ def test_a_value_of_a_tag_answers(db: MotionDB) -> None:
     assert not set(TIRED) & set(without)
 
 
+def test_a_word_in_names_of_captures_answers(db: MotionDB) -> None:
+    answer = db.search("goran walks", limit=3)
+    assert {m.capture.split("/")[0] for m in answer.matches} == {"goran"}
+    (word,) = answer.written
+    assert (word.tags, answer.unknown) == (("names",), {})
+    written = find_written(db.learned)
+    assert not {"long", "walk", "jump"} & written.keys()  # a size, and words that were learned
+
+
 def test_a_word_that_was_written_after_learning_is_found_where_it_is_written(db: MotionDB) -> None:
     answer = db.search("zwickel", limit=3)
     assert answer.matches[0].capture == "fatou/kick_1"

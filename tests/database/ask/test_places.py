@@ -94,7 +94,7 @@ def test_a_place_that_only_a_caption_speaks_for_is_unknown(learned: Learned) -> 
     assert (match.start, match.end) == (0.0, learned.captures[capture].duration)
     assert match.interval_probability is match.parts[0].interval_probability is None
     assert match.probability is not None
-    assert match.reason == f"kick somewhere in 0-{match.end:.1f} s, by its caption"
+    assert match.reason == f"kick somewhere in 0-{match.end:.1f} s, as written"
     (heard,) = search_words(understand_learned(unsure, "bow"), [capture]).matches  # by motion
     assert heard.place == "known"
     (alone,) = search_words(understand_learned(unsure, "kick"), [capture], written=False).matches
