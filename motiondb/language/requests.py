@@ -62,8 +62,8 @@ _LIGHT = re.compile(
 )
 _WHO_CAN = r"(?:he|she|they|it|one|you|someone|ever)(?:\s+(?:can|could))?"
 _RISING = (  # what lifts arms, before or behind their word
-    r"(?:lift|put|bring|hold|throw|extend|stretch|reach|shoot|swing|fling)(?:s|ing|ting|ed)?"
-    r"|(?:mov|rais)(?:es?|ing|ed)|brought|held|threw|shot|swung|flung"
+    r"(?:lift|put|bring|hold|throw|shoot|fling)(?:s|ing|ting|ed)?"
+    r"|(?:mov|rais)(?:es?|ing|ed)|brought|held|threw|shot|flung"
 )
 _SPEED = r"(?:speed|pace|tempo|cadence|velocity)"
 _DETERMINED = r"(?:his|her|their|the|its|one|both|a|left|right)"

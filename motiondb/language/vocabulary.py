@@ -220,7 +220,6 @@ SAME = (
     ("pull up", "pullup", "chinup", "chin up"),
     ("jumping jack", "star jump"),
     ("descend", "come down", "come back down"),
-    ("turn around", "spin around", "twirl around", "whirl around", "rotate around"),
     *((f"jump {one}", f"flying {one}") for one in ("kick", "knee", "punch")),
 )
 """Phrases that name the same motion: one of which a database knows stands for the others."""

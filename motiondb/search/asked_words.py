@@ -238,11 +238,14 @@ def _in_names(learned: Learned) -> dict[str, set[int]]:
 
     No directions, sizes and speeds, and nothing that more than half of the names hold.
     """
-    found: dict[str, set[int]] = {}
+    pieces: dict[str, set[int]] = {}
     for capture in learned.rows:
-        name = " ".join(_OF_NAMES.findall(learned.captures[capture].name))
-        for word in words_of(name, learned.synonyms, learned.lemmas):
-            found.setdefault(word, set()).add(capture)
+        for piece in _OF_NAMES.findall(learned.captures[capture].name):
+            pieces.setdefault(piece.lower(), set()).add(capture)
+    found: dict[str, set[int]] = {}
+    for piece, named in pieces.items():
+        for word in words_of(piece, learned.synonyms, learned.lemmas):
+            found.setdefault(word, set()).update(named)
     most = len(learned.rows) // 2
     return {
         word: named

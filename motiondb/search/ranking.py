@@ -70,11 +70,12 @@ class Judged:
         Who jumps five times, not twice, comes before who does not jump at all.
         """
         placed = self.place(answer)
+        is_more = placed.is_miscounted and not _is_weak(answer)  # more often than asked for
         is_weak = _is_weak(answer) or _is_against(placed)
         amount = 0.0 if placed.amount is None else -self.sign * placed.amount
         is_unclear = placed.is_unclear or bool(np.isnan(amount))
         amount = 0.0 if np.isnan(amount) else amount
-        is_other = bool(placed.contradicted) and not placed.is_miscounted  # not what is asked for
+        is_other = bool(placed.contradicted) and not is_more
         return is_other, is_weak, is_unclear, amount, -answer.hit.log_odds
 
     def looked_at(self, answer: Found) -> Found:
