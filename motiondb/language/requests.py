@@ -12,6 +12,7 @@ import re
 
 from motiondb.language.lemmas import VERBS, lemma
 from motiondb.language.question.tokens import MOST_CHARACTERS
+from motiondb.language.vocabulary import OUT_AHEAD, OUT_ASIDE
 
 _CAPTURES = (
     r"(?:(?:motion\s+|mocap\s+)?(?:clip|video|recording|capture|animation|example|sequence|scene"
@@ -64,6 +65,27 @@ _WHO_CAN = r"(?:he|she|they|it|one|you|someone|ever)(?:\s+(?:can|could))?"
 _RISING = (  # what lifts arms, before or behind their word
     r"(?:lift|put|bring|hold|throw|shoot|fling)(?:s|ing|ting|ed)?"
     r"|(?:mov|rais)(?:es?|ing|ed)|brought|held|threw|shot|flung"
+)
+_STRETCHED_OUT = (
+    r"\s+(?:(?:held|kept|stretched|extended|spread|raised|lifted|outstretched|straight|out|up)"
+    r"\s+)*?"
+)
+_ARMS_OUT = (  # Where arms are that are held out, and the word for it
+    (
+        rf"{_STRETCHED_OUT}(?:in\s+front(?:\s+of\s+(?:him|her|them|the\s+body)(?:sel(?:f|ves))?)?"
+        r"|forwards?|to\s+the\s+front)(?!\s+and\s+back)",
+        OUT_AHEAD,
+    ),
+    (
+        rf"{_STRETCHED_OUT}(?:(?:out\s+)?wide(?:\s+open)?|sideways|like\s+wings"
+        r"|to\s+(?:the|both|each|his|her|their)\s+sides?)",
+        OUT_ASIDE,
+    ),
+    (
+        r"\s+(?:(?:held|kept)\s+)?(?:outstretched|(?:(?:stretched|extended|spread|held)\s+)?out"
+        r"(?!\s*(?:of|behind|back|down)(?:wards?)?\b))",
+        OUT_ASIDE,
+    ),
 )
 _SPEED = r"(?:speed|pace|tempo|cadence|velocity)"
 _DETERMINED = r"(?:his|her|their|the|its|one|both|a|left|right)"
@@ -266,14 +288,24 @@ _MANNERS = (
         rf"|^from\s+{_AT_REST}(?=\s*,)",
         "standing still",
     ),
-    (
-        r"with\s+(?:both\s+|(?:his|her|their|the)\s+)*arms\s+"
-        r"(?:(?:held|stretched|extended|spread)\s+(?:out\s*)?|out\b\s*)(?:wide|straight)?"
-        r"(?!\s*(?:behind|back|down|out|of)(?:wards?)?\b)\s*(?:to\s+(?:the|both|each|his|her|their)\s+(?:sides?|front)"
-        r"|sideways|wide|like\s+wings|forwards?|in\s+front(?:\s+of\s+(?:him|her|them|the\s+body)"
-        r"(?:sel(?:f|ves))?)?)?",
-        "while raising both arms ",
+    *(
+        (before + hands + where, after + which + way)
+        for where, way in _ARMS_OUT
+        for hands, which in (
+            (r"(?:(?:the|his|her|their|both)\s+)*(arms|hands)", r"both \1 "),
+            (r"((?:(?:the|his|her|their|one|an?|left|right)\s+)*(?:arm|hand))", r"\1 "),
+        )
+        for before, after in (
+            (r"with\s+", "while holding "),
+            (
+                rf"(?:{_RISING}|(?:keep|stretch|extend|reach|stick|spread)(?:s|es|ing|ed)?)\s+",
+                "holding ",
+            ),
+            (r"(?:^|(?<=,\s)|(?<=and\s)|(?<=then\s))", ""),
+        )
     ),
+    (r"in\s+(?:an?\s+|the\s+)?t[\s-]?pose", f"while holding both arms {OUT_ASIDE}"),
+    (r"(?:an?\s+|the\s+)?t[\s-]pose", f"holding both arms {OUT_ASIDE}"),
     (
         r"with\s+(?:(?:high|raised|lifted)\s+knees|(?:(?:both|his|her|their|the)\s+)*knees\s+"
         r"(?:up(?:\s+high)?|high|raised|lifted))",

@@ -73,6 +73,7 @@ IN_A_CIRCLE = "circular"  # Likewise for "in a circle" and "around in circles"
 SINGLE = "theone"  # Likewise for "on one leg"; no word, so that none is lost
 OVERHEAD = "overhead"  # Likewise for "above the head", and "in the air" of hands
 BOX = "thebox"  # For a box that is a thing: to box is another word
+OUT_ASIDE, OUT_AHEAD = "outaside", "outahead"  # For arms out to the sides, and in front
 FIGURE_EIGHT = "figureeight"  # For "in a figure eight": not a number of times
 _LEGGED = ("cross", "bow", "knock", "stiff", "straight", "bare", "flat")
 _SAID = {
@@ -80,6 +81,7 @@ _SAID = {
     **{f"{way}{of}": f"{way}-{of}" for way in _LEGGED for of in ("legged", "footed")},
     **{"hiphop": "hip hop", "thumbsup": "thumbs up", "highfive": "high five"},
     "allfours": "on all fours",
+    **{OUT_ASIDE: "out to the side", OUT_AHEAD: "out in front"},
     IN_PLACE: "in place",
     IN_A_CIRCLE: "in a circle",
     SINGLE: "one",

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from motiondb.body import body, rotation
 from motiondb.body.features import VELOCITY_SECONDS, VELOCITY_WEIGHT
 from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import SINGLE
+from motiondb.language.vocabulary import OUT_AHEAD, OUT_ASIDE, SINGLE
 from motiondb.records import Float32Array, FloatArray
 
 LEAST = 1.0 / 3.0  # Smallest share of a limb that moves
@@ -49,6 +49,8 @@ _PLACES_TEXT = {
     "knee": "knee thigh lap",
     "foot": "foot toe ankle shin",
     "shoulder": "shoulder",
+    "side": OUT_ASIDE,
+    "front": OUT_AHEAD,
 }
 _PLACE_OF = {word: place for place, text in _PLACES_TEXT.items() for word in text.split()}
 _OF_TWO = ("hip", "knee", "foot", "shoulder")  # Places of which there are a left and a right one
@@ -63,7 +65,8 @@ _TOUCHES = frozenset(("touch", "scratch", "rub", "cover", "pat", "tap", "clutch"
 _OF_FEET = frozenset(("tap", "pat", "cover"))  # "tap the foot", "cover the ground"
 _PARTS = frozenset(("thumb", "finger", "shoulder"))  # Of arms, and raised without them
 _HANDS = frozenset(("hand", "fist", "palm", "finger", "arm", "wrist"))
-_BESIDE = frozenset(("rest", "place", "bring", "raise", "lift", "lean", "behind", "on", "up"))
+_BESIDE_TEXT = "rest place bring raise lift lean behind on up extend spread reach"
+_BESIDE = frozenset(_BESIDE_TEXT.split())
 PALM, FACE = 0.09, 0.06  # Metres from the wrist to the palm, and from the joint of the head up
 BENT = 0.9  # Most share of an arm's length from shoulder to wrist, of a hand at the hip or the back
 _NEAR = {
@@ -79,6 +82,9 @@ _NEAR = {
     "shoulder": 0.2,
 }
 """Most metres from the palm to each place; from wrist to wrist of hands that are together."""
+STRETCHED, LEVEL_ARM, OUT = 0.75, 0.5, 0.8
+"""Share of an arm's length from shoulder to wrist, and of that distance upwards at most and to the
+side or ahead at least, of an arm that is out to the side or in front."""
 
 
 def limbs_to_measure(words: Sequence[str]) -> tuple[tuple[str, str], ...]:
@@ -224,13 +230,18 @@ def places_of_hands(positions: FloatArray, facing: FloatArray) -> FloatArray:
         near["floor"] = np.abs(palm[:, 1])
         near["other hand"] = _length(wrist - at[f"{other}_wrist"])
         near["other elbow"] = _length(palm - at[f"{other}_elbow"])
-        bent = _length(wrist - shoulder) < BENT * (
-            _length(wrist - elbow) + _length(elbow - shoulder)
-        )
+        long = _length(wrist - elbow) + _length(elbow - shoulder)
+        reach = _length(wrist - shoulder)
+        bent = reach < BENT * long
+        out = rotation.normalize(wrist - shoulder)
+        level = (reach > STRETCHED * long) & (np.abs(out[:, 1]) < LEVEL_ARM)
+        aside = np.cross(up, ahead) * (1.0 if side == "l" else -1.0)
+        for name, way in (("side", aside), ("front", ahead)):
+            near[name] = np.where(level & ((out * way).sum(axis=1) > OUT), 0.0, np.inf)
         behind = ((palm - at["pelvis"]) * ahead).sum(axis=1) < -0.05
         bent_at = {"left hip": bent, "right hip": bent, "back": bent & behind}
         for n, place in enumerate(HAND_PLACES):
-            is_near = near[place] < (_NEAR.get(place) or _NEAR[place.split()[1]])
+            is_near = near[place] < (_NEAR.get(place) or _NEAR.get(place.split()[-1], 1.0))
             bits += (is_near & bent_at.get(place, True)) * 2.0 ** (n + hand * len(HAND_PLACES))
     return bits
 

@@ -12,7 +12,8 @@ lie                 a time of at least 1 s in which trunk and thighs are level
 kneel               a time of at least 0.5 s in which a knee is on the ground, and the trunk upright
 stand still         a time of at least 0.5 s of standing in which neither pelvis nor limbs move
 hand at             a time of at least 0.3 s in which a hand, or both, is at a part of the body, at
-                    the floor or at the other hand: "at left hip" is the left hand at a hip
+                    the floor or at the other hand, or the arm out to the side or in front: "at
+                    left hip" is the left hand at a hip
 lift                a time of at least 0.3 s in which a thigh is level and its foot 0.1 m above the
                     other, or 0.3 m, the trunk upright and the other thigh not level: "raise the
                     knee"
@@ -168,6 +169,8 @@ def say_posture(posture: str) -> str:
             "other hand": "hold the hands together",
             "other elbow": "cross the arms",
             "back": f"hold {hands} behind the back",
+            "side": f"hold {hands} out to the side",
+            "front": f"hold {hands} out in front",
             "floor": f"touch the floor with {hands}",
         }.get(place, f"hold {hands} at the {place}"),
         "land": "land on both feet" if side == "both" else f"land on {foot} alone",

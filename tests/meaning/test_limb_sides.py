@@ -86,7 +86,9 @@ def standing_at(**moved: tuple[float, float, float]) -> FloatArray:
 @pytest.mark.parametrize(
     ("elbow", "wrist", "places"),
     [
-        ((0.42, 1.41, 0.0), (0.67, 1.41, 0.0), set()),  # stretched to the side
+        ((0.42, 1.41, 0.0), (0.67, 1.41, 0.0), {"side"}),
+        ((0.17, 1.41, 0.25), (0.17, 1.41, 0.5), {"front"}),
+        ((0.3, 1.6, 0.0), (0.4, 1.82, 0.0), set()),  # stretched up
         ((0.2, 1.3, 0.2), (0.08, 1.5, 0.1), {"head"}),
         ((0.35, 1.15, -0.1), (0.2, 1.03, 0.0), {"left hip"}),
         ((0.3, 0.8, 0.3), (0.12, 0.58, 0.1), {"left knee"}),
