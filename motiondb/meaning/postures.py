@@ -21,6 +21,10 @@ stay low            a time of at least 0.3 s on the feet in which the pelvis is 
                     standing
 stoop               a time of at least 0.3 s of standing or travelling in which the trunk leans 0.5
                     rad
+lunge               a time of at least 0.3 s on both feet in which one is 0.65 m ahead of the other,
+                    the pelvis 0.12 m lower than in standing and the trunk upright
+on all fours        a time of at least 0.3 s in which a knee and a hand are on the floor, and the
+                    trunk leans: "crawl"
 on one leg          a time of at least 1 s of standing in which a foot is 0.15 m above the other;
                     "on left leg": the right one is above
 ==================  =============================================================================
@@ -65,7 +69,7 @@ SHORTEST_SEAT, SHORTEST_LEAN = 30, 9  # Frames
 GOING, MOVING = 0.2, 0.4
 """Speed of the pelvis over the ground, and of a hand or foot relative to the pelvis, m/s, above
 which somebody moves: who stands sways more slowly."""
-_POSED_TEXT = "raise overhead lower lie kneel on still at land lift low stoop"
+_POSED_TEXT = "raise overhead lower lie kneel on still at land lift low stoop lunge allfours"
 POSED = frozenset(_POSED_TEXT.split())
 """First words of postures, and of a change between them, that are measured where captions do not
 say them."""
@@ -76,7 +80,7 @@ EVERY_POSTURE = (
     *(f"land{side}" for side in (*_HANDS, " one")),
     *(f"lift{side}" for side in _HANDS[:3]),
     *(f"at {side} {place}" for side in ("any", "left", "right", "both") for place in PLACES_ASKED),
-    *("lie", "kneel", "still", "stand", "sit", "low", "stoop"),
+    *("lie", "kneel", "still", "stand", "sit", "low", "stoop", "lunge", "allfours"),
 )
 """The postures of ``POSED`` with their sides, and those in which something else is done."""
 HELD = frozenset(("handstand", "sit", *POSED)) - {"lower", "land"}
@@ -93,8 +97,12 @@ OFF_GROUND = 0.1  # The same of a level thigh: the knee of a low stance is not r
 LYING, KNEE_DOWN, FOOT_UP, RESTS = 1.2, 0.15, 0.15, 0.6
 """Angle of the trunk from upright of somebody who lies, rad; height of a knee that is on the
 ground, and of a foot above the one that is, m; speed over the ground of these postures, m/s."""
+LUNGED, LUNGE_LOW = 0.65, 0.12
+"""Metres between the ankles along the facing, and by which the pelvis is lower, of a lunge."""
+LOWEST_HIPS, ON_FLOOR = 0.75, 0.2  # Heights of pelvis and knee of somebody on all fours, m
 SHORTEST_KNEELING = 15  # Frames (0.5 s), also of standing still
-OF_POSTURES = frozenset(("raise", "lift", "lie", "kneel", "stand", "balance", "still"))
+_OF_POSTURES_TEXT = "raise lift lie kneel stand balance still lunge crawl allfours"
+OF_POSTURES = frozenset(_OF_POSTURES_TEXT.split())
 """Words of postures that captions say."""
 _WITH_LIFTED = frozenset(("raise", "lift", "up", "overhead", "high", *SIDES, *LIMBS, *PLAIN))
 _WITH_HANDS = _WITH_LIFTED - LEGS  # "raise the arm and the knee" takes two postures
@@ -110,6 +118,8 @@ _WITH_POSTURE = {
     "stoop": frozenset(("stoop", "over", "forward", "down")),
     "land": _WITH_LEGS | {"land", "down", "floor", "ground"},
     "lie": frozenset(("lie", "down", "still", "floor", "ground")),
+    "lunge": frozenset(("lunge", "forward")),
+    "allfours": frozenset(("crawl", "allfours", "floor", "ground", "hand", "knee")),
 }
 """Words beside which a posture is asked for, and nothing else."""
 STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT  # Height of the pelvis in standing, m
@@ -151,7 +161,10 @@ def _posture_of(action: tuple[str, ...]) -> str:
         return f"on {as_said(held[0])} leg" if held else "still" if "still" in words else ""
     if {"stay", "low"} <= words:
         return "low"
-    return next((word for word in action if word in ("lie", "kneel", "stoop")), "")
+    if "crawl" in words:
+        return "allfours"
+    plain = ("lie", "kneel", "stoop", "lunge", "allfours")
+    return next((word for word in action if word in plain), "")
 
 
 def say_posture(posture: str) -> str:
@@ -181,6 +194,7 @@ def say_posture(posture: str) -> str:
         "lower": f"lower {hands}",
         "still": "stand still",
         "low": "stay low",
+        "allfours": "go on all fours",
     }
     return posture if posture == "land" else said.get(what, what)
 
@@ -262,6 +276,20 @@ def _stooping(track: FloatArray, _: str) -> NDArray[np.bool_]:
     return np.asarray(leans & ~sitting(track))
 
 
+def _lunging(track: FloatArray, _: str) -> NDArray[np.bool_]:
+    """Frames of a lunge, on both feet."""
+    wide = np.abs(track[:, 18] - track[:, 19]) > LUNGED
+    low = (track[:, 0] < STANDING - LUNGE_LOW) & (track[:, 14] < LEANS["bend"])
+    return np.asarray(wide & low & (track[:, 4:6] < FOOT_UP).all(axis=1) & _resting(track))
+
+
+def _on_all_fours(track: FloatArray, _: str) -> NDArray[np.bool_]:
+    """Frames in which a hand and a knee are on the floor, and the trunk leans."""
+    down = hands_are_at(track[:, 28], "any", "floor") & (track[:, 26:28] < ON_FLOOR).any(axis=1)
+    leans = (track[:, 14] > LEANT) & (track[:, 14] < INVERTED)
+    return np.asarray(down & leans & (track[:, 0] < LOWEST_HIPS))
+
+
 def _resting(track: FloatArray) -> NDArray[np.bool_]:
     """Frames in which nobody travels."""
     return np.asarray(np.hypot(track[:, 1], track[:, 2]) < RESTS)
@@ -284,6 +312,8 @@ _FRAMES: dict[str, Callable[[FloatArray, str], NDArray[np.bool_]]] = {
     "kneel": _kneeling,
     "low": _low,
     "stoop": _stooping,
+    "lunge": _lunging,
+    "allfours": _on_all_fours,
 }
 """Frames in which a posture is held, by its first word and its side."""
 _SHORTEST = {

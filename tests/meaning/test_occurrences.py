@@ -7,6 +7,7 @@ import pytest
 
 from motiondb.meaning.amounts import Degree, degree_of
 from motiondb.meaning.direction import gone_anywhere, trodden_anywhere
+from motiondb.meaning.limb_sides import HAND_PLACES
 from motiondb.meaning.occurrences import event_of, find_occurrences
 from motiondb.meaning.postures import EVERY_POSTURE, STANDING, posture_of
 from motiondb.meaning.travelled import longest_going, steady_speed
@@ -178,11 +179,25 @@ def test_going_up_is_looked_for_in_the_whole_take() -> None:
         (("land", "both", "foot"), "land both"),
         (("hand", "hip"), "at any hip"),
         (("jump", "low"), ""),
+        (("lunge", "forward"), "lunge"),
+        (("crawl", "floor"), "allfours"),
     ],
 )
 def test_the_posture_of_an_action(action: tuple[str, ...], posture: str) -> None:
     assert posture_of(action) == posture
     assert not posture or posture in EVERY_POSTURE
+
+
+def test_lunges_and_all_fours() -> None:
+    track = np.hstack([standing(), np.zeros((150, 7))])
+    track[:, 26:28] = 0.5
+    track[20:50, 18], track[20:40, HEIGHT] = 0.7, STANDING - 0.15  # the left foot is ahead
+    assert find_occurrences(track, "lunge") == [(20, 40)]
+    track[80:110, [HEIGHT, 14]] = 0.5, 1.2
+    assert find_occurrences(track, "allfours") == []
+    track[80:110, 26] = 0.1
+    track[85:110, 28] = 2.0 ** HAND_PLACES.index("floor")
+    assert find_occurrences(track, "allfours") == [(85, 110)]
 
 
 def test_postures_last_while_they_are_held() -> None:
