@@ -71,8 +71,8 @@ def _untold(m: Measured, flown: tuple[tuple[float, float], ...]) -> tuple[str, .
         out.append(f"cannot say whether the rate is right: only {len(flown)} of 3 jumps")
     if m.fps < 50.0:
         out.append(
-            "cannot say whether single joints jump for longer than a frame by less than "
-            f"{40000 / m.fps**2:.0f} cm: {m.fps:g} frames a second"
+            f"cannot say whether limbs turn at once by less than {40000 / m.fps**2:.0f} cm, or the "
+            f"body jumps by less than {10000 / m.fps**2:.0f} cm: {m.fps:g} frames a second"
         )
     if abs(m.floor) >= 0.25:
         out.append("cannot say whether the whole capture floats: the floor is not at height 0")
