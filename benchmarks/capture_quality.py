@@ -236,6 +236,53 @@ def foot_sinks(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[Flo
     return p, fps
 
 
+def body_sinks(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """The body is 10 cm lower for two seconds, or for 0.4 of the take."""
+    seconds = min(2.0, 0.4 * len(p) / fps)
+    return lifted(-0.1, seconds)(p, fps, rng)
+
+
+def turns_at_once(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """The body goes on 45 degrees from where it looked."""
+    start = _place(len(p), fps, 0.1, rng).start
+    around = p[start, 0] * np.array([1.0, 0.0, 1.0])
+    c = np.sqrt(0.5)
+    p[start:] = (p[start:] - around) @ np.array([[c, 0, -c], [0, 1, 0], [c, 0, c]]) + around
+    return p, fps
+
+
+def thrown(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """The body goes 30 cm aside within 0.1 s."""
+    start = _place(len(p), fps, 0.1, rng).start
+    share = np.clip((np.arange(len(p)) - start + 1) / (0.1 * fps), 0.0, 1.0)
+    angle = rng.uniform(0.0, 2.0 * np.pi)
+    return p + share[:, None, None] * 0.3 * np.array([np.cos(angle), 0.0, np.sin(angle)]), fps
+
+
+def trunk_jumps(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """Head, neck, chest, shoulder or toe go 20 cm away and back, each within 0.05 s."""
+    joint = str(rng.choice(["head", "neck", "chest", "l_shoulder", "r_toe"]))
+    at = np.zeros(len(p))
+    at[_place(len(p), fps, 0.15, rng)] = 1.0
+    width = max(1, round(0.05 * fps))
+    p[:, I[joint]] += (
+        0.2 * np.convolve(at, np.ones(width) / width, "same")[:, None] * _direction(rng)
+    )
+    return p, fps
+
+
+def trembles(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """One joint trembles by 10 mm for two seconds."""
+    at, name = _place(len(p), fps, 2.0, rng), str(rng.choice(["l_wrist", "r_knee", "head"]))
+    p[at, I[name]] += rng.normal(scale=0.01, size=p[at, 0].shape)
+    return p, fps
+
+
+def arms_swapped(p: FloatArray, fps: float, _rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """The names of the left and right arm are exchanged."""
+    return _swap(p, slice(0, len(p)), ("collar", "shoulder", "elbow", "wrist")), fps
+
+
 def hips_swapped(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
     """The hips change sides for 0.3 s."""
     return _swap(p, _place(len(p), fps, 0.3, rng), ("hip",)), fps
@@ -288,6 +335,12 @@ FAULTS: dict[str, tuple[Plant, tuple[str, ...]]] = {
     "ankle and toe exchanged 0.5 s": (exchanged("ankle", "toe"), ("swapped",)),
     "hand stays 1 s": (hand_stays, ("frozen",)),
     "foot sinks 6 cm, 2 s": (foot_sinks, ("sinks",)),
+    "body sinks 10 cm, 2 s": (body_sinks, ("sinks",)),
+    "names of arms swapped": (arms_swapped, ("names",)),
+    "body turns 45 degrees": (turns_at_once, ("seam",)),
+    "body goes 30 cm in 0.1 s": (thrown, ("seam",)),
+    "trunk or toe jumps 20 cm in 0.05 s": (trunk_jumps, ("jumps",)),
+    "one joint trembles 10 mm, 2 s": (trembles, ("noise",)),
     "seam of 20 cm": (seam, ("seam",)),
     "frozen 0.3 s": (frozen, ("frozen",)),
     "noise 3 mm": (noise(0.003), ("noise",)),

@@ -19,7 +19,7 @@ import numpy as np
 from motiondb.body import rotation, world
 from motiondb.body.features import runs
 from motiondb.quality.faults import faults
-from motiondb.quality.measured import Measured, measure
+from motiondb.quality.measured import LEAST_FRAMES, MOST_FPS, Measured, measure
 from motiondb.quality.supports import supports
 from motiondb.records import FILE, Box, Finding, FloatArray, Quality
 
@@ -51,8 +51,10 @@ def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Quality:
     m = measure(points, fps, has_toes)
     n_seconds = max(1, int(np.ceil(len(points) / fps - 1e-9)))
     if m is None:
-        untold = ("cannot say anything: too few frames in which all joints have a place",)
-        return Quality((), untold, np.full(n_seconds, 0.5), 0.0, ())
+        reason = "some joints never have a place, or not all at once"
+        if len(points) / max(1, round(fps / MOST_FPS)) < LEAST_FRAMES:
+            reason = f"{len(points)} frames are too few"
+        return Quality((), (f"cannot say anything: {reason}",), np.full(n_seconds, 0.5), 0.0, ())
     found = unit_findings(m)
     flown = flights(m)
     if not found:

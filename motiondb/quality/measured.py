@@ -27,7 +27,7 @@ from motiondb.body.features import runs
 from motiondb.body.retarget import legs_of
 from motiondb.records import BoolArray, FloatArray
 
-MOST_FPS = 60.0
+MOST_FPS, LEAST_FRAMES = 60.0, 8
 I = body.INDEX  # noqa: E741
 _SEGMENTS = (
     (0.081, "neck", "head", 1.0),
@@ -289,7 +289,8 @@ def _lower_alone(
 ) -> list[tuple[_Stance, float]]:
     """Stances of a foot around which the other one stands at one height over it, and that height.
 
-    The other one is never so low, and the foot itself stands at that height for longer.
+    The other one is never so low, and the foot itself stands at that height for longer, if it is
+    not height 0 of the file.
     """
     out = []
     for low in own:
@@ -306,7 +307,8 @@ def _lower_alone(
         if one_level and deep and alone:
             spent = [(each.height - over, each.end - each.start) for each in own]
             at = sum(n for y, n in spent if abs(y) < _LEVEL * m.k)
-            if at > sum(n for y, n in spent if y < -_LEVEL * m.k):
+            below = sum(n for y, n in spent if y < -_LEVEL * m.k)
+            if at > below or abs(over) < _LEVEL * m.k:
                 out.append((low, over))
     return out
 
@@ -319,7 +321,7 @@ def measure(points: FloatArray, fps: float, has_toes: bool = True) -> Measured |
     step = max(1, round(fps / MOST_FPS))
     kept = np.asarray(points[::step], dtype=np.float64)
     seen = np.asarray(np.isfinite(kept).all(axis=2))
-    if len(kept) < 8 or not seen.any(axis=0).all() or not seen.all(axis=1).any():
+    if len(kept) < LEAST_FRAMES or not seen.any(axis=0).all() or not seen.all(axis=1).any():
         return None
     missing = np.asarray(~seen.all(axis=1))
     if missing.any():
