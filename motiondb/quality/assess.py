@@ -25,6 +25,7 @@ from motiondb.records import FILE, Box, Finding, FloatArray, Quality
 
 KEPT = 0.87
 KEPT_WITH = {
+    "bends": 0.03,
     "falls": 0.28,
     "floats": 0.10,
     "frozen": 0.05,
@@ -59,7 +60,10 @@ def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Quality:
     flown = flights(m)
     if not found:
         rate = rate_finding(flown, m.n / m.fps, "the capture")
-        found = supports(m) + faults(m) + ([rate] if rate else falls(m))
+        needs = supports(m)
+        stands = any(each.part == "feet" for each in needs)
+        wrong = [each for each in faults(m) if not (stands and each.kind == "floor tilts")]
+        found = needs + wrong + ([rate] if rate else falls(m))
     found.sort(key=lambda each: (each.start, each.kind))
     numbers = np.array([_number(found, s) for s in range(n_seconds)])
     return Quality(tuple(found), _untold(m, flown), numbers, m.floor, flown)

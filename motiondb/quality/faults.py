@@ -223,21 +223,29 @@ def _explains(swap: Finding, jump: Finding) -> bool:
 
 
 def _names(m: Measured) -> list[Finding]:
-    """That the names of left and right are exchanged: of all, of the arms, or of the legs.
+    """That the names of left and right are exchanged, of all, arms or legs; or knees bent wrongly.
 
     Toes and knees point backwards then, or shoulders lie across from the hips.
     """
     left = m.at("l_hip") - m.at("r_hip")
     ahead = np.cross(left, m.at("neck") - m.points[:, 0])
-    votes = []
+    votes, whole = [], (0.0, m.n / m.fps)
     if m.has_toes:
         toes = sum(m.at(f"{s}_toe") - m.at(f"{s}_ankle") for s in "lr")
         votes.append(np.asarray((ahead * toes).sum(axis=-1) > 0))
+    bends = []
     for s in "lr":
         bend = m.at(f"{s}_knee") - (m.at(f"{s}_hip") + m.at(f"{s}_ankle")) / 2.0
         clear = np.linalg.norm(bend, axis=1) > 0.06 * m.leg
         if clear.mean() > 0.1:
             votes.append(np.asarray((ahead * bend).sum(axis=-1)[clear] > 0))
+            back = 1.0 - float(votes[-1].mean())
+            if back > 0.6 and clear.mean() > 0.3:
+                words, measured = (
+                    f"the {_WORDS[s]} knee bends backwards",
+                    (back, "of the time", 0.6),
+                )
+                bends.append(said("bends", words, whole, measured, f"{s}_knee"))
     across = m.at("l_shoulder") - m.at("r_shoulder")
     crossed = float(((left * across).sum(axis=1) < 0.0).mean())
     share = 1.0 - float(np.mean([vote.mean() for vote in votes])) if votes else 0.0
@@ -248,8 +256,8 @@ def _names(m: Measured) -> list[Finding]:
         share = crossed
         words = "shoulders lie across from the hips: the names of left and right arm are exchanged"
     else:
-        return []
-    return [said("names", words, (0.0, m.n / m.fps), (share, "of the frames", 0.6))]
+        return bends
+    return [said("names", words, whole, (share, "of the frames", 0.6))]
 
 
 def _frozen(m: Measured) -> list[Finding]:

@@ -313,6 +313,14 @@ def test_the_names_of_arms_or_legs_alone_may_be_exchanged() -> None:
         assert said in only(assess(q, FPS), "names").sentence
 
 
+def test_a_knee_that_bends_backwards_is_named() -> None:
+    p = sitting(standing(3.0), 0.5)
+    hip, knee, ankle = (I[f"l_{j}"] for j in ("hip", "knee", "ankle"))
+    p[:, knee] = p[:, hip] + p[:, ankle] - p[:, knee]
+    found = only(assess(p, FPS), "bends")
+    assert found.sentence == "the left knee bends backwards, 0.0 to 3.0 s"
+
+
 def test_a_slide_for_two_seconds_is_told_with_its_time() -> None:
     p = standing(8.0)
     t = np.arange(len(p)) / FPS
