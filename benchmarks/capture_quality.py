@@ -283,6 +283,22 @@ def arms_swapped(p: FloatArray, fps: float, _rng: np.random.Generator) -> tuple[
     return _swap(p, slice(0, len(p)), ("collar", "shoulder", "elbow", "wrist")), fps
 
 
+def knee_backwards(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """A knee is mirrored through the line from hip to ankle."""
+    side = rng.choice(["l", "r"])
+    hip, knee, ankle = (I[f"{side}_{j}"] for j in ("hip", "knee", "ankle"))
+    line = p[:, ankle] - p[:, hip]
+    line /= np.linalg.norm(line, axis=1, keepdims=True)
+    bone = p[:, knee] - p[:, hip]
+    p[:, knee] += 2.0 * ((bone * line).sum(axis=1, keepdims=True) * line - bone)
+    return p, fps
+
+
+def faces_back(p: FloatArray, fps: float, _rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """The body faces backwards on its way, as a robot whose quaternions are misread."""
+    return (p - p[:, :1]) * np.array([-1.0, 1.0, -1.0]) + p[:, :1], fps
+
+
 def hips_swapped(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
     """The hips change sides for 0.3 s."""
     return _swap(p, _place(len(p), fps, 0.3, rng), ("hip",)), fps
@@ -335,6 +351,8 @@ FAULTS: dict[str, tuple[Plant, tuple[str, ...]]] = {
     "ankle and toe exchanged 0.5 s": (exchanged("ankle", "toe"), ("swapped",)),
     "hand stays 1 s": (hand_stays, ("frozen",)),
     "foot sinks 6 cm, 2 s": (foot_sinks, ("sinks",)),
+    "a knee bends backwards": (knee_backwards, ("bends",)),
+    "faces backwards on its way": (faces_back, ("slides", "treadmill")),
     "body sinks 10 cm, 2 s": (body_sinks, ("sinks",)),
     "names of arms swapped": (arms_swapped, ("names",)),
     "body turns 45 degrees": (turns_at_once, ("seam",)),
@@ -362,8 +380,13 @@ FAULTS: dict[str, tuple[Plant, tuple[str, ...]]] = {
     "rate x2, one take": (rate(2.0), ("rate",)),
 }
 
-UNTOLD = ("slides 0.1 m/s", "rate x0.5, one take", "rate x2, one take")
-"""Faults that cannot be told, which the numbers of seconds do not rest on."""
+UNTOLD = (
+    "slides 0.1 m/s",
+    "rate x0.5, one take",
+    "rate x2, one take",
+    "faces backwards on its way",
+)
+"""Faults that cannot be told, or only of who walks: the numbers of seconds do not rest on them."""
 
 
 def thinned(take: Take, fps: float | None) -> tuple[FloatArray, float]:
@@ -412,7 +435,10 @@ def planted(takes: list[Take], fps: float | None) -> list[list[str]]:
                     continue
                 points, rate_ = thinned(take, fps)
                 way = np.linalg.norm((points[-1, 0] - points[0, 0])[[0, 2]])
-                if name == "treadmill" and way / (len(points) / rate_) < 0.7:
+                if (
+                    name in ("treadmill", "faces backwards on its way")
+                    and way / (len(points) / rate_) < 0.7
+                ):
                     continue
                 changed = plant(points, rate_, np.random.default_rng(seed))
                 hits += _is_new(said, look(take, *changed), wanted)
@@ -429,7 +455,7 @@ def faulty_seconds(
     """Which of n seconds a fault is in."""
     if len(after) > len(before):
         return [s < 0.5 for s in range(n)]
-    if name.startswith(("unit", "rate", "names")) or not same_rate:
+    if name.startswith(("unit", "rate", "names", "a knee", "faces")) or not same_rate:
         return [True] * n
     changed = np.abs(after - before).max(axis=(1, 2)) > 1e-4
     if name.startswith("seam"):
