@@ -296,7 +296,7 @@ def _noise(m: Measured) -> list[Finding]:
     near, wide = (np.linalg.norm(residual(m.points, step), axis=-1) for step in (1, 2))
     size = max(8, round(m.fps))
     values = np.zeros((m.n, 1 + near.shape[1]))  # of all joints, and of each
-    for start in range(0, max(1, m.n - size // 2), size // 2):
+    for start in range(0, max(1, len(wide) - size // 2), size // 2):
         piece = slice(start, start + size)
         value, around = (
             np.array([np.median(r[piece]), *np.median(r[piece], axis=0)]) for r in (near, wide)

@@ -303,6 +303,11 @@ def test_one_joint_that_trembles_is_named() -> None:
     assert found.sentence.startswith("the right wrist trembles by")
 
 
+@pytest.mark.parametrize("n", range(16, 40))
+def test_takes_of_few_frames_at_few_a_second_are_sound(n: int) -> None:
+    assert kinds(assess(standing(4.0, 12.0)[:n], 12.0)) == set()
+
+
 def test_the_names_of_arms_or_legs_alone_may_be_exchanged() -> None:
     p = standing(3.0)
     arms = [I[f"{s}_{j}"] for s in "lr" for j in ("collar", "shoulder", "elbow", "wrist")]
