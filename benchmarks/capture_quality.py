@@ -236,6 +236,69 @@ def foot_sinks(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[Flo
     return p, fps
 
 
+def body_sinks(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """The body is 10 cm lower for two seconds, or for 0.4 of the take."""
+    seconds = min(2.0, 0.4 * len(p) / fps)
+    return lifted(-0.1, seconds)(p, fps, rng)
+
+
+def turns_at_once(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """The body goes on 45 degrees from where it looked."""
+    start = _place(len(p), fps, 0.1, rng).start
+    around = p[start, 0] * np.array([1.0, 0.0, 1.0])
+    c = np.sqrt(0.5)
+    p[start:] = (p[start:] - around) @ np.array([[c, 0, -c], [0, 1, 0], [c, 0, c]]) + around
+    return p, fps
+
+
+def thrown(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """The body goes 30 cm aside within 0.1 s."""
+    start = _place(len(p), fps, 0.1, rng).start
+    share = np.clip((np.arange(len(p)) - start + 1) / (0.1 * fps), 0.0, 1.0)
+    angle = rng.uniform(0.0, 2.0 * np.pi)
+    return p + share[:, None, None] * 0.3 * np.array([np.cos(angle), 0.0, np.sin(angle)]), fps
+
+
+def trunk_jumps(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """Head, neck, chest, shoulder or toe go 20 cm away and back, each within 0.05 s."""
+    joint = str(rng.choice(["head", "neck", "chest", "l_shoulder", "r_toe"]))
+    at = np.zeros(len(p))
+    at[_place(len(p), fps, 0.15, rng)] = 1.0
+    width = max(1, round(0.05 * fps))
+    p[:, I[joint]] += (
+        0.2 * np.convolve(at, np.ones(width) / width, "same")[:, None] * _direction(rng)
+    )
+    return p, fps
+
+
+def trembles(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """One joint trembles by 10 mm for two seconds."""
+    at, name = _place(len(p), fps, 2.0, rng), str(rng.choice(["l_wrist", "r_knee", "head"]))
+    p[at, I[name]] += rng.normal(scale=0.01, size=p[at, 0].shape)
+    return p, fps
+
+
+def arms_swapped(p: FloatArray, fps: float, _rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """The names of the left and right arm are exchanged."""
+    return _swap(p, slice(0, len(p)), ("collar", "shoulder", "elbow", "wrist")), fps
+
+
+def knee_backwards(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """A knee is mirrored through the line from hip to ankle."""
+    side = rng.choice(["l", "r"])
+    hip, knee, ankle = (I[f"{side}_{j}"] for j in ("hip", "knee", "ankle"))
+    line = p[:, ankle] - p[:, hip]
+    line /= np.linalg.norm(line, axis=1, keepdims=True)
+    bone = p[:, knee] - p[:, hip]
+    p[:, knee] += 2.0 * ((bone * line).sum(axis=1, keepdims=True) * line - bone)
+    return p, fps
+
+
+def faces_back(p: FloatArray, fps: float, _rng: np.random.Generator) -> tuple[FloatArray, float]:
+    """The body faces backwards on its way, as a robot whose quaternions are misread."""
+    return (p - p[:, :1]) * np.array([-1.0, 1.0, -1.0]) + p[:, :1], fps
+
+
 def hips_swapped(p: FloatArray, fps: float, rng: np.random.Generator) -> tuple[FloatArray, float]:
     """The hips change sides for 0.3 s."""
     return _swap(p, _place(len(p), fps, 0.3, rng), ("hip",)), fps
@@ -288,6 +351,14 @@ FAULTS: dict[str, tuple[Plant, tuple[str, ...]]] = {
     "ankle and toe exchanged 0.5 s": (exchanged("ankle", "toe"), ("swapped",)),
     "hand stays 1 s": (hand_stays, ("frozen",)),
     "foot sinks 6 cm, 2 s": (foot_sinks, ("sinks",)),
+    "a knee bends backwards": (knee_backwards, ("bends",)),
+    "faces backwards on its way": (faces_back, ("slides", "treadmill")),
+    "body sinks 10 cm, 2 s": (body_sinks, ("sinks",)),
+    "names of arms swapped": (arms_swapped, ("names",)),
+    "body turns 45 degrees": (turns_at_once, ("seam",)),
+    "body goes 30 cm in 0.1 s": (thrown, ("seam",)),
+    "trunk or toe jumps 20 cm in 0.05 s": (trunk_jumps, ("jumps",)),
+    "one joint trembles 10 mm, 2 s": (trembles, ("noise",)),
     "seam of 20 cm": (seam, ("seam",)),
     "frozen 0.3 s": (frozen, ("frozen",)),
     "noise 3 mm": (noise(0.003), ("noise",)),
@@ -309,8 +380,13 @@ FAULTS: dict[str, tuple[Plant, tuple[str, ...]]] = {
     "rate x2, one take": (rate(2.0), ("rate",)),
 }
 
-UNTOLD = ("slides 0.1 m/s", "rate x0.5, one take", "rate x2, one take")
-"""Faults that cannot be told, which the numbers of seconds do not rest on."""
+UNTOLD = (
+    "slides 0.1 m/s",
+    "rate x0.5, one take",
+    "rate x2, one take",
+    "faces backwards on its way",
+)
+"""Faults that cannot be told, or only of who walks: the numbers of seconds do not rest on them."""
 
 
 def thinned(take: Take, fps: float | None) -> tuple[FloatArray, float]:
@@ -340,9 +416,10 @@ def clean_takes(takes: list[Take]) -> list[Take]:
 
 def _is_new(before: Quality, after: Quality, wanted: tuple[str, ...]) -> bool:
     """Whether something wanted is said that was not said before."""
-    said = {(f.kind, round(f.measure, 2)) for f in before.findings}
+    said = {(f.kind, f.part, round(f.measure, 2)) for f in before.findings}
     return any(
-        f.kind in wanted and (f.kind, round(f.measure, 2)) not in said for f in after.findings
+        f.kind in wanted and (f.kind, f.part, round(f.measure, 2)) not in said
+        for f in after.findings
     )
 
 
@@ -359,7 +436,10 @@ def planted(takes: list[Take], fps: float | None) -> list[list[str]]:
                     continue
                 points, rate_ = thinned(take, fps)
                 way = np.linalg.norm((points[-1, 0] - points[0, 0])[[0, 2]])
-                if name == "treadmill" and way / (len(points) / rate_) < 0.7:
+                if (
+                    name in ("treadmill", "faces backwards on its way")
+                    and way / (len(points) / rate_) < 0.7
+                ):
                     continue
                 changed = plant(points, rate_, np.random.default_rng(seed))
                 hits += _is_new(said, look(take, *changed), wanted)
@@ -376,7 +456,7 @@ def faulty_seconds(
     """Which of n seconds a fault is in."""
     if len(after) > len(before):
         return [s < 0.5 for s in range(n)]
-    if name.startswith(("unit", "rate", "names")) or not same_rate:
+    if name.startswith(("unit", "rate", "names", "a knee", "faces")) or not same_rate:
         return [True] * n
     changed = np.abs(after - before).max(axis=(1, 2)) > 1e-4
     if name.startswith("seam"):
@@ -510,7 +590,9 @@ Written by `python benchmarks/capture_quality.py --data DIR` on {len(takes)} cap
 reading the file. Performers {", ".join(sorted(DEVELOPMENT))} of the CMU database were looked at
 when thresholds were chosen; the others are the test. It is not wholly unseen: which of its planted
 faults were missed was looked at once before three rules were changed (where in a stance its drift
-is taken, from which height a body floats, jumps there and back).
+is taken, from which height a body floats, jumps there and back), and of other sinking feet before
+that of the floor was. Sinks of two seconds are most of some takes: then the lower height is taken
+for the floor, if neither is height 0 of the file.
 
 ## Things that were not captured
 

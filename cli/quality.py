@@ -55,7 +55,8 @@ def quality(
             base.captures.write_boxes([each.capture for each in answer.captures], boxes)
     if not printing.as_json(shared, answer):
         _print(answer)
-        printing.say_pictures(png, boxes)
+        printing.say_pictures(png)
+        printing.say(*([f"boxes: {boxes}"] if boxes else []))
     printing.refuse(answer.problems)
 
 
@@ -72,9 +73,11 @@ def _print(answer: answers.QualityAnswer) -> None:
         printing.say(*(rate.sentence for rate in answer.performers))
     lacking = sum(bool(each.findings) for each in answer.captures)
     needing = sum(any(f.family == "needs" for f in each.findings) for each in answer.captures)
+    silent = sum("cannot say anything" in " ".join(each.untold) for each in answer.captures)
     printing.say(
         f"{printing.number(len(answer.captures), 'capture')}, {answer.measured} measured now; "
         f"{lacking} with findings, {needing} of them need something that was not captured"
+        + (f"; of {silent} nothing can be said" * bool(silent))
         + (f"; {answer.without_body} more are markers without a body" * bool(answer.without_body))
     )
 

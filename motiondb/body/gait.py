@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -40,6 +41,7 @@ _TOGETHER = 0.08  # Seconds up to which both feet land at once
 _STANDS = 0.5  # Of the leg that the pelvis is above the lower ankle: who sits does not step
 _BELT, _STAYS = 0.3, 0.3
 """Metres a second of a treadmill, and of its speed that of the pelvis over the take."""
+_EVEN = 0.15  # Of the speed, within which two cycles go alike
 _LONGEST = 2.5  # Seconds of the longest cycle
 _PHASES = 101  # Places of a cycle, 0 to 100 %
 _I = body.INDEX
@@ -221,6 +223,16 @@ _MEASURES = (
     ("turn", "degrees", lambda c: c.turn),
 )  # Name, unit, and how it is taken from a cycle
 _SIGNED = ("step width", "turn")  # Which have no asymmetry: they may be 0
+
+
+def steady(cycles: Sequence[GaitCycle]) -> tuple[GaitCycle, ...]:
+    """The cycles that go about as fast as the one before or after them; all, if none does.
+
+    The others start or stop: a last step that only closes the feet is no asymmetry.
+    """
+    even = [abs(a.speed - b.speed) < _EVEN * max(a.speed, b.speed) for a, b in pairwise(cycles)]
+    kept = [c for c, *near in zip(cycles, [False, *even], [*even, False]) if any(near)]
+    return tuple(kept or cycles)
 
 
 def measures(cycles: Sequence[GaitCycle]) -> tuple[GaitMeasure, ...]:

@@ -544,7 +544,12 @@ class Captures(Topic):
             names = self.store.connection.column("SELECT name FROM capture")
             if any(name == where or name.endswith(f"/{where}") for name in names):
                 return [store.load_capture(self.store, where)]
-        return self(where)
+        try:
+            return self(where)
+        except QueryError:
+            if isinstance(where, str) and not set(where) & set("=<>~"):
+                store.load_capture(self.store, where)  # no condition: says that it is no name
+            raise
 
     def draw_reasons(
         self, answer: WordAnswer, path: str | Path | None = None, title: str = ""

@@ -280,7 +280,7 @@ class Gathered:
     def _totals(self) -> str:
         every = [reason.partition(":")[0] for why in self.reasons.values() for reason in why]
         counts = {kind: every.count(kind) / FEATURE_FPS for kind in sorted(set(every) - {""})}
-        said = ", ".join(f"{seconds:.0f} s {kind}" for kind, seconds in counts.items())
+        said = ", ".join(f"{seconds:.1f} s {kind}" for kind, seconds in counts.items())
         return f"Left out: {said or 'nothing'}."
 
     def _splits(self) -> dict[str, list[int]]:

@@ -23,7 +23,7 @@ from motiondb.database.loading import nearby_table
 from motiondb.database.searching import check_any
 from motiondb.database.session import Session
 from motiondb.database.values import check_text, seeded
-from motiondb.errors import MotionDBError
+from motiondb.errors import MotionDBError, QueryError
 from motiondb.files.formats import read_capture, split_take
 from motiondb.files.own_files import provenance_path
 from motiondb.files.safe_files import is_file, read_bounded
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 SAME = 0.95
 """Resemblance from which on a capture is taken for the motion itself. A capture of the sample data
 that was resampled from 30 to 24 frames a second has .98, and other takes of its action .90."""
+SHORTEST = 0.5  # Seconds: in less, every motion looks like many actions
 N_NEAREST = 10  # Captures that are looked at for copies of the motion
 
 
@@ -48,6 +49,12 @@ def judge(
 ) -> answers.Judgement:
     """Judge a motion, which was loaded from ``example``, by a sentence."""
     check_text("sentence", sentence)
+    if motion.duration < SHORTEST:
+        name = example if isinstance(example, str | Path) else "motion"
+        raise QueryError(
+            f"{name}: expected at least {SHORTEST} s of motion to judge, found "
+            f"{motion.duration:.2f} s. Give a longer one."
+        )
     with session.reading():
         check_any(session.learned)
         asked, same = sentence_of(session.learned, sentence), dict[str, Taking]()

@@ -234,6 +234,10 @@ def gait_of(
         notes.append(f"on a treadmill at {belt:.2f} m/s: lengths are those over the belt")
     if events and not cycles:
         notes.append("no whole cycle: no foot strikes twice with one strike of the other between")
+    steady = gait.steady(cycles)
+    if len(steady) < len(cycles):
+        uneven = len(cycles) - len(steady)
+        notes.append(f"the measures leave out {uneven} of {len(cycles)} cycles that start or stop")
     if png is not None:
         if not events:
             raise QueryError(f"{name}: expected steps to draw, found {_STANDS}.")
@@ -248,7 +252,7 @@ def gait_of(
         clip.fps,
         tuple(events),
         cycles,
-        gait.measures(cycles),
+        gait.measures(steady),
         angles,
         prints,
         round(belt, 3),

@@ -19,27 +19,28 @@ import numpy as np
 from motiondb.body import rotation, world
 from motiondb.body.features import runs
 from motiondb.quality.faults import faults
-from motiondb.quality.measured import Measured, measure
+from motiondb.quality.measured import LEAST_FRAMES, MOST_FPS, Measured, measure
 from motiondb.quality.supports import supports
 from motiondb.records import FILE, Box, Finding, FloatArray, Quality
 
-KEPT = 0.87
+KEPT = 0.86
 KEPT_WITH = {
+    "bends": 0.05,
     "falls": 0.28,
-    "floats": 0.10,
-    "frozen": 0.05,
+    "floats": 0.13,
+    "frozen": 0.07,
     "gap": 0.50,
     "jumps": 0.38,
-    "names": 0.04,
-    "noise": 0.02,
+    "names": 0.03,
+    "noise": 0.15,
     "rate": 0.13,
-    "rest pose": 0.19,
-    "seam": 0.14,
-    "sinks": 0.45,
-    "slides": 0.03,
-    "swapped": 0.04,
+    "rest pose": 0.23,
+    "seam": 0.13,
+    "sinks": 0.33,
+    "slides": 0.04,
+    "swapped": 0.05,
     "through": 0.50,
-    "unit": 0.01,
+    "unit": 0.02,
 }
 """Probability that a second without findings, and with one, has no fault, where as many seconds
 have one as not: benchmarks/capture_quality.py, which has no gaps and no limbs in the trunk. Things
@@ -51,13 +52,18 @@ def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Quality:
     m = measure(points, fps, has_toes)
     n_seconds = max(1, int(np.ceil(len(points) / fps - 1e-9)))
     if m is None:
-        untold = ("cannot say anything: too few frames in which all joints have a place",)
-        return Quality((), untold, np.full(n_seconds, 0.5), 0.0, ())
+        reason = "some joints never have a place, or not all at once"
+        if len(points) / max(1, round(fps / MOST_FPS)) < LEAST_FRAMES:
+            reason = f"{len(points)} frames are too few"
+        return Quality((), (f"cannot say anything: {reason}",), np.full(n_seconds, 0.5), 0.0, ())
     found = unit_findings(m)
     flown = flights(m)
     if not found:
         rate = rate_finding(flown, m.n / m.fps, "the capture")
-        found = supports(m) + faults(m) + ([rate] if rate else falls(m))
+        needs = supports(m)
+        stands = any(each.part == "feet" for each in needs)
+        wrong = [each for each in faults(m) if not (stands and each.kind == "floor tilts")]
+        found = needs + wrong + ([rate] if rate else falls(m))
     found.sort(key=lambda each: (each.start, each.kind))
     numbers = np.array([_number(found, s) for s in range(n_seconds)])
     return Quality(tuple(found), _untold(m, flown), numbers, m.floor, flown)
@@ -71,8 +77,8 @@ def _untold(m: Measured, flown: tuple[tuple[float, float], ...]) -> tuple[str, .
         out.append(f"cannot say whether the rate is right: only {len(flown)} of 3 jumps")
     if m.fps < 50.0:
         out.append(
-            "cannot say whether single joints jump for longer than a frame by less than "
-            f"{40000 / m.fps**2:.0f} cm: {m.fps:g} frames a second"
+            f"cannot say whether limbs turn at once by less than {40000 / m.fps**2:.0f} cm, or the "
+            f"body jumps by less than {10000 / m.fps**2:.0f} cm: {m.fps:g} frames a second"
         )
     if abs(m.floor) >= 0.25:
         out.append("cannot say whether the whole capture floats: the floor is not at height 0")

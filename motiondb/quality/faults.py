@@ -12,31 +12,44 @@ import numpy as np
 
 from motiondb.body import body
 from motiondb.body.features import runs
-from motiondb.quality.measured import I, Measured, P, joined, long_runs, residual, times
+from motiondb.quality.measured import (
+    I,
+    Measured,
+    P,
+    joined,
+    long_runs,
+    residual,
+    smoothed,
+    times,
+    unexplained,
+)
 from motiondb.records import FAULT, NEEDS, BoolArray, Finding, FloatArray
 
 ROOT_STEP, ROOT_ACCELERATION = 0.06, 100.0
+PUSH = 30.0  # m/s2, level or down: legs and gravity can do less
+TURN = 15.0  # Degrees
 JOINT_STEP, JOINT_ACCELERATION = 0.08, 400.0
-BONE = 0.06
+BONE, RIGID = (0.06, 3.0), (0.03, 10.0)  # Metres, and times as far as a bone is off usually
 BACK = 0.14
 SPIKE, SPIKE_FPS = 0.05, 25.0  # at fewer frames a second an arm is off in one by itself
 SWAP, SWAP_SHARE = 0.20, 0.4
 FROZEN, FROZEN_SECONDS = 2e-6, 0.1
 HELD_SECONDS, HELD_WAY = 0.2, 0.03
 _HELD = ("l_wrist", "r_wrist", "l_elbow", "r_elbow", "l_knee", "r_knee", "head")
-NOISE = 0.0045
+NOISE, JOINT_NOISE = 0.0045, 0.010
 POSE_SECONDS = 0.15
 SINKS = ((0.06, 0.15), (0.04, 0.5))  # Metres, and for how many seconds
 SLIDES, TREADMILL = 0.13, 0.25
-SLIDE_SECONDS = 1.5
+SLIDE_SECONDS, SLIDE_ALIKE = 1.2, 0.3
 FLOATS = 0.055
 RISES = 0.06
 _WHOLE = 9  # Joints that jump at once in a seam of all the body
-_LIMBS = tuple(
-    (I[f"{s}_{a}"], I[f"{s}_{b}"])
-    for s in "lr"
-    for a, b in (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+_BONES = tuple(
+    (parent, joint)
+    for joint, parent in enumerate(body.PARENTS)
+    if parent >= 0 and joint != I["spine"] and not {parent, joint} & {I["l_collar"], I["r_collar"]}
 )
+"""From joint to joint; collars, and the spine over the pelvis, may be estimated."""
 _WORDS = {"l": "left", "r": "right"}
 
 
@@ -71,23 +84,37 @@ def _jumps(m: Measured) -> list[Finding]:
     dt2 = 1.0 / m.fps**2
     root, joint = max(ROOT_STEP, ROOT_ACCELERATION * dt2), max(JOINT_STEP, JOINT_ACCELERATION * dt2)
     out = []
-    e[_near(m.missing)] = 0.0
-    seam = (e[:, 0] > root) | ((e > root).sum(axis=1) >= _WHOLE)
-    for a, b in joined(runs(seam), 0.2 * m.fps):
-        size = float(max(e[a:b, 0].max(), np.median(e[a:b].max(axis=0))))
-        words = f"the whole body jumps by {100 * size:.0f} cm"
-        out.append(said("seam", words, _span(m, a, b), (size, "m", root), "body", m.points[a, 0]))
+    lost = _near(m.missing)
+    e[lost] = 0.0
+    steps = (e[:, 0] > root) | ((e > root).sum(axis=1) >= _WHOLE)
+    turns, pushes = np.where(lost, 0.0, _turns(m)), np.where(lost, 0.0, _pushes(m))
+    seam = steps | (turns > TURN)
+    pushes[_near(seam)] = 0.0
+    for a, b in joined(runs(seam | (pushes > PUSH)), 0.2 * m.fps):
+        if turns[a:b].max() > TURN and e[a:b, 0].max() < root:
+            size = float(turns[a:b].max())
+            words, measured = f"the whole body turns by {size:.0f} degrees", (size, "degrees", TURN)
+        elif seam[a:b].any():
+            size = float(max(e[a:b, 0].max(), np.median(e[a:b].max(axis=0))))
+            words, measured = f"the whole body jumps by {100 * size:.0f} cm", (size, "m", root)
+        else:
+            size = float(pushes[a:b].max())
+            words, measured = f"the whole body is thrown by {size:.0f} m/s2", (size, "m/s2", PUSH)
+        out.append(said("seam", words, _span(m, a, b), measured, "body", m.points[a, 0]))
     e[_near(seam)] = 0.0
     bad = (e > joint) | _there_and_back(m)
     spike = np.where((m.spikes > SPIKE) & (m.fps >= SPIKE_FPS), m.spikes, 0.0)
     bad |= spike > 0.0
     e = np.maximum(e, spike)
-    lengths, limbs = _bones(m)
-    for limb, (_, end) in enumerate(_LIMBS):
-        bad[:, end] |= limbs[:, limb]
-        e[:, end] = np.maximum(e[:, end], np.where(limbs[:, limb], lengths[:, limb], 0.0))
+    off, long = _bones(m)
+    for number, ends in enumerate(_BONES):
+        for a, b in runs(long[:, number]):
+            edges = [t for t in (a, b) if 0 < t < m.n]
+            joint_ = max(ends[::-1], key=lambda end: m.steps[edges, end].sum())
+            bad[a:b, joint_] = True
+            e[a:b, joint_] = np.maximum(e[a:b, joint_], off[a:b, number])
     bad[_near(seam)] = False
-    bad[:, [I["l_collar"], I["r_collar"]]] = False  # estimated from neck and shoulder
+    bad[:, [I["l_collar"], I["r_collar"]]] = False
     for number in np.flatnonzero(bad.any(axis=0)).tolist():
         for a, b in joined(runs(bad[:, number]), 0.25 * m.fps):
             size = float(e[a:b, number].max())
@@ -97,6 +124,24 @@ def _jumps(m: Measured) -> list[Finding]:
             least = min(joint, SPIKE) if spike[a:b, number].any() else joint
             out.append(said("jumps", words, _span(m, a, b), (size, "m", least), name, place))
     return out
+
+
+def _turns(m: Measured) -> FloatArray:
+    """By how much hips and shoulders turn in a frame alone, from above (frames,), degrees."""
+    out = []
+    for joint in ("hip", "shoulder"):
+        across = m.at(f"l_{joint}") - m.at(f"r_{joint}")
+        flat = across[:, 2] + 1j * across[:, 0]
+        is_level = np.abs(flat) > 0.6 * np.linalg.norm(across, axis=1)
+        turn = unexplained(np.angle(flat[1:] * flat[:-1].conj()))
+        out.append(np.where(is_level, np.degrees(np.angle(np.exp(1j * turn))), 0.0))
+    return np.where(out[0] * out[1] > 0.0, np.minimum(*np.abs(out)), 0.0)
+
+
+def _pushes(m: Measured) -> FloatArray:
+    """By how much the centre of mass is pushed along the ground or down (frames,), m/s2."""
+    x, y, z = smoothed(m.com, m.fps, 0.1, (2,))[0].T
+    return np.maximum(np.hypot(x, z), -y)
 
 
 def _there_and_back(m: Measured) -> BoolArray:
@@ -120,12 +165,13 @@ def _near(mask: BoolArray) -> BoolArray:
 
 
 def _bones(m: Measured) -> tuple[FloatArray, BoolArray]:
-    """How far limbs are from their usual length, m, and where that is a jump (frames, limbs)."""
-    a, b = (m.points[:, [limb[end] for limb in _LIMBS]] for end in (0, 1))
+    """How far bones are from their usual length, m, and where that is a jump (frames, bones)."""
+    a, b = (m.points[:, [bone[end] for bone in _BONES]] for end in (0, 1))
     length = np.linalg.norm(b - a, axis=-1)
     off = np.abs(length - np.median(length, axis=0))
     usual = np.percentile(off, 75, axis=0)  # a bone that is never of one length says nothing
-    return off, np.asarray((off > BONE * m.k + 3.0 * usual) & ~m.missing[:, None])
+    least = np.minimum(*(y * m.k + times_ * usual for y, times_ in (BONE, RIGID)))
+    return off, np.asarray((off > least) & ~m.missing[:, None])
 
 
 def _joint(name: str) -> str:
@@ -177,23 +223,41 @@ def _explains(swap: Finding, jump: Finding) -> bool:
 
 
 def _names(m: Measured) -> list[Finding]:
-    """That toes and knees point backwards: the names of left and right are exchanged."""
+    """That the names of left and right are exchanged, of all, arms or legs; or knees bent wrongly.
+
+    Toes and knees point backwards then, or shoulders lie across from the hips.
+    """
     left = m.at("l_hip") - m.at("r_hip")
     ahead = np.cross(left, m.at("neck") - m.points[:, 0])
-    votes = []
+    votes, whole = [], (0.0, m.n / m.fps)
     if m.has_toes:
         toes = sum(m.at(f"{s}_toe") - m.at(f"{s}_ankle") for s in "lr")
         votes.append(np.asarray((ahead * toes).sum(axis=-1) > 0))
+    bends = []
     for s in "lr":
         bend = m.at(f"{s}_knee") - (m.at(f"{s}_hip") + m.at(f"{s}_ankle")) / 2.0
         clear = np.linalg.norm(bend, axis=1) > 0.06 * m.leg
         if clear.mean() > 0.1:
             votes.append(np.asarray((ahead * bend).sum(axis=-1)[clear] > 0))
-    if not votes or max(vote.mean() for vote in votes) > 0.4:
-        return []
-    share = 1.0 - float(np.mean([vote.mean() for vote in votes]))
-    words = "toes and knees point backwards: the names of left and right are exchanged"
-    return [said("names", words, (0.0, m.n / m.fps), (share, "of the frames", 0.6))]
+            back = 1.0 - float(votes[-1].mean())
+            if back > 0.6 and clear.mean() > 0.3:
+                words, measured = (
+                    f"the {_WORDS[s]} knee bends backwards",
+                    (back, "of the time", 0.6),
+                )
+                bends.append(said("bends", words, whole, measured, f"{s}_knee"))
+    across = m.at("l_shoulder") - m.at("r_shoulder")
+    crossed = float(((left * across).sum(axis=1) < 0.0).mean())
+    share = 1.0 - float(np.mean([vote.mean() for vote in votes])) if votes else 0.0
+    if votes and max(vote.mean() for vote in votes) <= 0.4:
+        whose = " of the legs" if crossed > 0.6 else ""
+        words = f"toes and knees point backwards: the names of left and right{whose} are exchanged"
+    elif crossed > 0.6:
+        share = crossed
+        words = "shoulders lie across from the hips: the names of left and right arm are exchanged"
+    else:
+        return bends
+    return [said("names", words, whole, (share, "of the frames", 0.6))]
 
 
 def _frozen(m: Measured) -> list[Finding]:
@@ -231,19 +295,23 @@ def _noise(m: Measured) -> list[Finding]:
         return []
     near, wide = (np.linalg.norm(residual(m.points, step), axis=-1) for step in (1, 2))
     size = max(8, round(m.fps))
-    out = []
-    bad = np.zeros(m.n, dtype=np.bool_)
-    values = np.zeros(m.n)
-    for start in range(0, max(1, m.n - size // 2), size // 2):
+    values = np.zeros((m.n, 1 + near.shape[1]))  # of all joints, and of each
+    for start in range(0, max(1, len(wide) - size // 2), size // 2):
         piece = slice(start, start + size)
-        value = float(np.median(near[piece]))
-        if value > NOISE and value > 0.4 * float(np.median(wide[piece])):
-            bad[piece] = True
-            values[piece] = np.maximum(values[piece], value)
-    for a, b in runs(bad):
-        value = float(values[a:b].max())
-        words = f"joints tremble by {1000 * value:.0f} mm from frame to frame"
-        out.append(said("noise", words, _span(m, a, b), (value, "m", NOISE)))
+        value, around = (
+            np.array([np.median(r[piece]), *np.median(r[piece], axis=0)]) for r in (near, wide)
+        )
+        value[value < 0.4 * around] = 0.0
+        values[piece] = np.maximum(values[piece], value)
+    values[:, 1:][values[:, 0] > NOISE] = 0.0
+    out = []
+    for number, name in enumerate(("body", *body.JOINTS)):
+        least = JOINT_NOISE * max(1.0, 50.0 / m.fps) if number else NOISE
+        for a, b in runs(values[:, number] > least):
+            most = float(values[a:b, number].max())
+            who = f"the {_joint(name)} trembles" if number else "joints tremble"
+            words = f"{who} by {1000 * most:.0f} mm from frame to frame"
+            out.append(said("noise", words, _span(m, a, b), (most, "m", least), name))
     return out
 
 
@@ -341,19 +409,17 @@ def _slides(m: Measured) -> list[Finding]:
 
 
 def _slides_for_a_while(m: Measured) -> list[Finding]:
-    """Times in which at least three stances that follow one another drift alike."""
+    """Times in which three stances that follow one another drift alike."""
     at, v = stances(m, 0.4)
     order = np.argsort(at, kind="stable")
     at, v = at[order], v[order]
     spans, speeds = [], []
-    for first in range(len(at)):
-        end = int(np.searchsorted(at, at[first] + SLIDE_SECONDS, side="right"))
-        if end - first < 3 or at[end - 1] - at[first] < SLIDE_SECONDS / 2.0:
-            continue
-        drift = np.median(v[first:end], axis=0)
+    for first in range(len(at) - 2):
+        three, end = v[first : first + 3], first + 3
+        drift = three.mean(axis=0)
         speed = float(np.linalg.norm(drift))
-        alike = np.linalg.norm(v[first:end] - drift, axis=1) < 0.5 * speed
-        if speed > SLIDES and alike.mean() > 0.85:
+        alike = np.linalg.norm(three - drift, axis=1) < SLIDE_ALIKE * speed
+        if speed > SLIDES and alike.all() and at[end - 1] - at[first] <= SLIDE_SECONDS:
             spans.append((round(at[first] * m.fps), round(at[end - 1] * m.fps)))
             speeds.append(speed)
     out = []

@@ -7,7 +7,8 @@ foot) are scaled by k = leg / 0.85 m; accelerations and jumps are not.
 
 The floor decides everything else. It is the lowest height at which feet rest for 0.2 s in all and
 for a tenth of the time of the most usual height: the 5th percentile of the feet is wrong on
-ladders, and the lowest rest is wrong where one bad second has a pointed toe.
+ladders, and the lowest rest is wrong where one bad second has a pointed toe. Rests of feet that
+have sunk do not count: nobody steps down through what both feet stood on.
 
 Masses of the segments and their centres: D. Winter, Biomechanics and Motor Control of Human
 Movement, 4th edition, table 4.1.
@@ -17,6 +18,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -25,7 +27,7 @@ from motiondb.body.features import runs
 from motiondb.body.retarget import legs_of
 from motiondb.records import BoolArray, FloatArray
 
-MOST_FPS = 60.0
+MOST_FPS, LEAST_FRAMES = 60.0, 8
 I = body.INDEX  # noqa: E741
 _SEGMENTS = (
     (0.081, "neck", "head", 1.0),
@@ -67,6 +69,9 @@ _SPIKE: FloatArray = np.array([1.0, -4.0, 6.0, -4.0, 1.0]) / 6.0
 _SPIKE_SHARE = 0.95
 REST_SPEED = 0.25  # Metres per second below which a part rests, on a leg of 0.85 m
 _REST_SECONDS, _REST_SHARE, _REST_HIGH = 0.2, 0.1, 0.04
+_STILL, _STILL_SECONDS = 0.15, 0.08
+_MOVE_SECONDS, _IN_PLACE = 0.6, 0.07  # A foot that goes up or down in place
+_SUNK, _LEVEL = (0.045, 0.25), 0.03  # Metres by which a foot sinks; heights that are one level
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,15 +143,40 @@ class Measured:
     def floor(self) -> float:
         """Height of the floor, m."""
         soles = self.bottom[:, SOLES].min(axis=1)
-        rest = np.sort(soles[self.rests[:, SOLES].any(axis=1)])
+        rest = np.sort(soles[self.rests[:, SOLES].any(axis=1) & ~self.sunk])
         least = _REST_SECONDS * self.fps
         if len(rest) < max(3.0, least):
             return float(np.percentile(soles, 5))
         n = np.searchsorted(rest, rest + _REST_HIGH * self.k) - np.arange(len(rest))
         enough = np.flatnonzero(n >= max(least, _REST_SHARE * n.max()))
+        usual = float(np.median(rest[n.argmax() : n.argmax() + n.max()]))
+        if abs(usual) < _LEVEL * self.k and 2 * n.max() > len(rest):
+            return usual
         first = int(enough[0]) if len(enough) else int(n.argmax())
         densest = first + int(n[first : first + int(n[first])].argmax())
         return float(np.median(rest[densest : densest + int(n[densest])]))
+
+    @cached_property
+    def sunk(self) -> BoolArray:
+        """Whether a foot stands below the floor that both feet stand on else (frames,).
+
+        Of two such heights the one at height 0 of the file is the floor; if neither is, the one
+        at which feet stand for longer.
+        """
+        feet = [_stances(self, s) for s in "lr"]
+        out = np.zeros(self.n, dtype=np.bool_)
+        level, at_zero = _LEVEL * self.k, False
+        for own, other in (feet, feet[::-1]):
+            for low, over in _through_floor(self, own, other) + _lower_alone(self, own, other):
+                if abs(low.height) < level:
+                    continue
+                at_zero |= abs(over) < level
+                for stances in own, other:
+                    below = [each.height < over - level for each in stances]
+                    for a, b in runs(np.array(below, dtype=np.bool_)):
+                        if any(each.apart(low) <= 0 for each in stances[a:b]):
+                            out[stances[a].start : stances[b - 1].end] = True
+        return out if at_zero or 2 * out.sum() < self.n else np.zeros_like(out)
 
     @cached_property
     def h(self) -> FloatArray:
@@ -187,13 +217,7 @@ class Measured:
     @cached_property
     def step_vectors(self) -> FloatArray:
         """What of each frame's step the steps around it do not explain (frames, joints, 3), m."""
-        d = np.diff(self.points, axis=0)
-        wide = np.pad(d, ((2, 2), (0, 0), (0, 0)), mode="reflect")
-        around = np.stack([wide[:-4], wide[1:-3], wide[3:-1], wide[4:]])
-        around.sort(axis=0)
-        out = np.zeros_like(self.points)
-        out[1:] = d - (around[1] + around[2]) / 2.0
-        return out
+        return unexplained(np.diff(self.points, axis=0))
 
     @cached_property
     def steps(self) -> FloatArray:
@@ -218,6 +242,77 @@ class Measured:
         return np.minimum(*angles)
 
 
+@dataclass(frozen=True)
+class _Stance:
+    """A time in which a toe is still, on the floor or not."""
+
+    toe: int
+    start: int  # Frames
+    end: int
+    height: float  # Of the skin, m
+
+    def apart(self, other: _Stance) -> int:
+        """Frames from one to the other, less than 1 where they meet."""
+        return max(self.start - other.end, other.start - self.end)
+
+
+def _stances(m: Measured, side: str) -> list[_Stance]:
+    """Stances of a foot."""
+    toe = P[f"{side}_toe"]
+    still = long_runs(m.speed[:, toe] < _STILL * m.k, _STILL_SECONDS * m.fps)
+    return [_Stance(toe, a, b, float(np.median(m.bottom[a:b, toe]))) for a, b in still]
+
+
+def _through_floor(
+    m: Measured, own: list[_Stance], other: list[_Stance]
+) -> list[tuple[_Stance, float]]:
+    """Stances that a foot comes to or leaves through the floor, and the height of that.
+
+    It goes down in place from the height at which the other one stands, or up to it. Where a foot
+    is only lifted in place, the other one stands below.
+    """
+    out = []
+    for one, next_ in pairwise(own if other else ()):
+        low, high = (one, next_) if one.height < next_.height else (next_, one)
+        beside = min(other, key=high.apart)
+        level = beside.apart(high) < m.fps and abs(beside.height - high.height) < _LEVEL * m.k
+        deep = _SUNK[0] * m.k < high.height - low.height < _SUNK[1] * m.k
+        if level and deep and next_.start - one.end < _MOVE_SECONDS * m.fps:
+            way = m.x[one.end - 1 : next_.start + 1, one.toe][:, [0, 2]]
+            if np.linalg.norm(way - way[0], axis=1).max() < _IN_PLACE * m.k:
+                out.append((low, high.height))
+    return out
+
+
+def _lower_alone(
+    m: Measured, own: list[_Stance], other: list[_Stance]
+) -> list[tuple[_Stance, float]]:
+    """Stances of a foot around which the other one stands at one height over it, and that height.
+
+    The other one is never so low, and the foot itself stands at that height for longer, if it is
+    not height 0 of the file.
+    """
+    out = []
+    for low in own:
+        near = [each for each in other if each.apart(low) < m.fps]
+        first = min([each.start for each in near], default=m.n)
+        last = max([each.end for each in near], default=0)
+        if first > max(low.start, 0.3 * m.fps) or last < min(low.end, m.n - 0.3 * m.fps):
+            continue
+        heights = np.array([each.height for each in near])
+        over = float(np.median(heights))
+        one_level = np.abs(heights - over).max() < _LEVEL * m.k
+        deep = _SUNK[0] * m.k < over - low.height < _SUNK[1] * m.k
+        alone = all(each.height - low.height > _SUNK[0] * m.k for each in other)
+        if one_level and deep and alone:
+            spent = [(each.height - over, each.end - each.start) for each in own]
+            at = sum(n for y, n in spent if abs(y) < _LEVEL * m.k)
+            below = sum(n for y, n in spent if y < -_LEVEL * m.k)
+            if at > below or abs(over) < _LEVEL * m.k:
+                out.append((low, over))
+    return out
+
+
 def measure(points: FloatArray, fps: float, has_toes: bool = True) -> Measured | None:
     """Thin a capture to about 60 frames a second and close its gaps; None if too little is there.
 
@@ -226,7 +321,7 @@ def measure(points: FloatArray, fps: float, has_toes: bool = True) -> Measured |
     step = max(1, round(fps / MOST_FPS))
     kept = np.asarray(points[::step], dtype=np.float64)
     seen = np.asarray(np.isfinite(kept).all(axis=2))
-    if len(kept) < 8 or not seen.any(axis=0).all() or not seen.all(axis=1).any():
+    if len(kept) < LEAST_FRAMES or not seen.any(axis=0).all() or not seen.all(axis=1).any():
         return None
     missing = np.asarray(~seen.all(axis=1))
     if missing.any():
@@ -243,6 +338,14 @@ def measure(points: FloatArray, fps: float, has_toes: bool = True) -> Measured |
         spikes[4 : len(points) - 4] = _spikes(points)
     spikes = spikes.reshape(len(kept), step, -1).max(axis=1)
     return Measured(kept, fps / step, missing, legs_of(kept), has_toes, spikes)
+
+
+def unexplained(steps: FloatArray) -> FloatArray:
+    """Steps (frames - 1, ...) less the middle of the four around each; 0 for the first frame."""
+    wide = np.pad(steps, ((2, 2), *((0, 0),) * (steps.ndim - 1)), mode="reflect")
+    around = np.stack([wide[:-4], wide[1:-3], wide[3:-1], wide[4:]])
+    around.sort(axis=0)
+    return np.concatenate([np.zeros_like(steps[:1]), steps - (around[1] + around[2]) / 2.0])
 
 
 def residual(points: FloatArray, step: int = 1) -> FloatArray:

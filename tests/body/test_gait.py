@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from walker import SPEED, STANCE, STRIDE_TIME, WIDTH, strikes, walker
@@ -68,6 +70,15 @@ def test_cycles_measure_what_the_walker_does() -> None:
     assert told["cadence"].both == pytest.approx(120.0 / STRIDE_TIME, rel=0.02)
     assert abs(told["stride time"].asymmetry or 0.0) < 2.0
     assert gait.measures(()) == ()
+
+
+def test_steps_that_start_or_stop_are_not_steady() -> None:
+    points = walker(100.0, seconds=6.0)
+    cycles = gait.gait_cycles(points, 100.0, gait.foot_events(points, 100.0))
+    slow, slower = (replace(cycles[0], speed=share * SPEED) for share in (0.7, 0.4))
+    assert gait.steady((slower, slow, *cycles, slow, slower)) == cycles
+    assert gait.steady((slow, slower)) == (slow, slower)  # nothing else is known
+    assert gait.steady(()) == ()
 
 
 def test_a_mirrored_and_turned_walker_has_the_other_side_and_the_same_measures() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ import pytest
 
 import motiondb
 from motiondb import CurateSettings, MotionDB, QueryError, store
+from motiondb.body.body import INDEX
 from motiondb.database import curating
 from motiondb.database.catalogue import packs
 from motiondb.files.formats import read_capture
@@ -186,6 +188,18 @@ def test_captures_that_cannot_be_measured_are_told(
     answer = base.curate(CurateSettings(share=1.0, shortest=1.0))
     reasons = {each.capture: each.reason for each in answer.dropped}
     assert reasons["ana/jump_1"] == "not measured: ana/jump_1: expected joints, found none"
+
+
+def test_every_frame_of_a_fast_file_is_measured(some: Path) -> None:
+    from motiondb.database.catalogue.assessing import points_of
+    from motiondb.quality.assess import assess
+
+    clip = read_capture(some / "ana" / "bow_1.bvh")
+    clip, points, has_toes = points_of(replace(clip, fps=120.0), {})
+    assert len(points) == clip.n_frames
+    points[31, INDEX["l_wrist"], 0] += 0.3  # of which no other frame tells
+    found = assess(points, clip.fps, has_toes).findings
+    assert [each.part for each in found if each.kind == "jumps"] == ["l_wrist"]
 
 
 def test_coverage_counts_each_motion_once_and_shows_what_is_most_like_what_lacks(

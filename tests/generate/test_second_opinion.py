@@ -61,6 +61,8 @@ def test_a_wrong_number_is_not_sure_and_a_right_one_shown(db: motiondb.MotionDB)
     told = db.judge(made, "jump three times")
     assert told.shown is None
     assert told.reason == "not sure: jump ('3 times' is not met: 2 measured in the motion)"
+    with pytest.raises(motiondb.QueryError, match=r"at least 0.5 s of motion to judge, found 0.3"):
+        db.judge(db.motion("ana/walk_1", 1.0, 1.3), "walk")
     walked = db.judge("ana/walk_1", "walk twice")  # nobody counts walks
     assert walked.shown is None
     assert "are counted" in walked.reason

@@ -188,6 +188,31 @@ def test_a_foot_that_sinks_5_cm_is_told_if_it_stays_there() -> None:
     assert found.measure == pytest.approx(0.05, abs=0.01)
 
 
+@pytest.mark.parametrize("moved", ["left foot", "body"])
+@pytest.mark.parametrize("floor", [0.0, 0.5])
+def test_who_goes_down_where_he_stands_sinks_and_was_on_no_step(moved: str, floor: float) -> None:
+    p = standing(6.0) + np.array([0.0, floor, 0.0])
+    parts = [I["l_knee"], I["l_ankle"], I["l_toe"]] if moved == "left foot" else list(range(21))
+    t = np.arange(len(p)) / FPS
+    down = np.clip((t - 2.0) / 0.15, 0.0, 1.0) * np.clip((4.0 - t) / 0.15, 0.0, 1.0)
+    p[:, parts, 1] -= 0.08 * down[:, None]
+    found = only(assess(p, FPS), "sinks")
+    assert not kinds(assess(p, FPS)) & {"stands on", "steps", "floats", "held"}
+    assert (found.start, found.end) == pytest.approx((2.1, 3.9), abs=0.1)
+    assert found.measure == pytest.approx(0.08, abs=0.01)
+
+
+def test_who_steps_down_aside_stood_on_something() -> None:
+    p = standing(6.0) + np.array([0.0, 0.08, 0.0])
+    t = np.arange(len(p)) / FPS
+    for first, s in ((2.0, "l"), (2.4, "r")):
+        part = [I[f"{s}_{n}"] for n in ("hip", "knee", "ankle", "toe")]
+        share = np.clip((t - first) / 0.3, 0.0, 1.0)[:, None]
+        p[:, part, 1] -= 0.08 * share
+        p[:, part, 0] += 0.3 * share
+    assert "sinks" not in kinds(assess(p, FPS))
+
+
 @pytest.mark.parametrize("speed", [0.25, 0.5, 2.0])
 def test_jumps_tell_the_speed_at_which_they_play(speed: float) -> None:
     p = jumping(6, 120.0)
@@ -246,6 +271,59 @@ def test_a_joint_that_is_off_in_a_single_frame_is_named_at_any_rate(fps: float) 
     assert found.part == "r_elbow"
     assert found.sentence.startswith("the right elbow jumps by 8 cm")
     assert found.start <= 81 / fps <= found.end
+
+
+@pytest.mark.parametrize("joint", ["head", "neck", "l_toe", "r_shoulder"])
+def test_a_joint_that_leaves_its_bones_slowly_is_named_at_30_frames(joint: str) -> None:
+    p = standing(4.0, 30.0)
+    away = np.clip(np.arange(-60, 60) / 3.0 + 1.0, 0.0, 1.0) * (np.arange(-60, 60) < 6)
+    p[:, I[joint]] += 0.2 * away[:, None] * np.array([0.6, 0.0, 0.8])
+    found = only(assess(p, 30.0), "jumps")
+    assert found.part == joint
+    assert (found.start, found.end) == pytest.approx((1.95, 2.2), abs=0.07)
+
+
+def test_a_body_that_turns_or_is_thrown_at_once_has_a_seam() -> None:
+    p = jumping(1)
+    turned_, thrown = p.copy(), p.copy()
+    turned_[30:] = turned_[30:, :, [2, 1, 0]] * [1.0, 1.0, -1.0]
+    thrown += np.clip((np.arange(len(p)) - 30) / 6.0, 0, 1)[:, None, None] * [0.2, 0.0, 0.0]
+    found = only(assess(turned_, FPS), "seam")
+    assert found.sentence == "the whole body turns by 90 degrees, 0.50 to 0.52 s"
+    found = only(assess(thrown, FPS), "seam")
+    assert found.unit == "m/s2"
+    assert found.start == pytest.approx(0.45, abs=0.1)
+
+
+def test_one_joint_that_trembles_is_named() -> None:
+    p = standing(4.0)
+    p[:, I["r_wrist"], 1] += np.random.default_rng(0).normal(scale=0.01, size=len(p))
+    found = only(assess(p, FPS), "noise")
+    assert found.part == "r_wrist"
+    assert found.sentence.startswith("the right wrist trembles by")
+
+
+@pytest.mark.parametrize("n", range(16, 40))
+def test_takes_of_few_frames_at_few_a_second_are_sound(n: int) -> None:
+    assert kinds(assess(standing(4.0, 12.0)[:n], 12.0)) == set()
+
+
+def test_the_names_of_arms_or_legs_alone_may_be_exchanged() -> None:
+    p = standing(3.0)
+    arms = [I[f"{s}_{j}"] for s in "lr" for j in ("collar", "shoulder", "elbow", "wrist")]
+    legs = [I[f"{s}_{j}"] for s in "lr" for j in ("hip", "knee", "ankle", "toe")]
+    for whose, said in ((arms, "left and right arm are"), (legs, "left and right of the legs are")):
+        q = p.copy()
+        q[:, whose] = p[:, whose[4:] + whose[:4]]
+        assert said in only(assess(q, FPS), "names").sentence
+
+
+def test_a_knee_that_bends_backwards_is_named() -> None:
+    p = sitting(standing(3.0), 0.5)
+    hip, knee, ankle = (I[f"l_{j}"] for j in ("hip", "knee", "ankle"))
+    p[:, knee] = p[:, hip] + p[:, ankle] - p[:, knee]
+    found = only(assess(p, FPS), "bends")
+    assert found.sentence == "the left knee bends backwards, 0.0 to 3.0 s"
 
 
 def test_a_slide_for_two_seconds_is_told_with_its_time() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,7 +22,6 @@ from motiondb.files.own_files import WRITER
 from motiondb.files.processes import in_processes
 from motiondb.files.safe_files import write_bytes
 from motiondb.quality.assess import assess, performer_rate, to_mjcf, to_values
-from motiondb.quality.measured import MOST_FPS
 from motiondb.records import MOTION_FPS, CaptureInfo, Clip, FloatArray, Quality
 
 if TYPE_CHECKING:
@@ -101,7 +100,7 @@ def _saved(session: Session, made: Mapping[int, Quality]) -> Mapping[int, Qualit
 
 def performer_of(info: CaptureInfo) -> str:
     """Who is captured: the performer, else the folder."""
-    return info.tags.get("performer") or info.name.rpartition("/")[0] or "no folder"
+    return info.tags.get("performer") or info.name.rpartition("/")[0] or "captures in no folder"
 
 
 def _measured(session: Session, infos: Sequence[CaptureInfo]) -> Iterator[Quality | str]:
@@ -200,20 +199,7 @@ def ghosts(session: Session, name: str) -> tuple[answers.Ghost, ...]:
 
 
 def points_of(clip: Clip, user_map: Mapping[str, str]) -> tuple[Clip, FloatArray, bool]:
-    """A clip of at most about 60 frames a second, its joints, and whether it has toes.
-
-    Joints (frames, 21, 3), metres, y up.
-    """
-    step = max(1, round(clip.fps / MOST_FPS))
-    if step > 1:
-        moved = clip.joint_positions
-        clip = replace(
-            clip,
-            fps=clip.fps / step,
-            local_rotations=clip.local_rotations[::step],
-            root_positions=clip.root_positions[::step],
-            joint_positions=None if moved is None else moved[::step],
-        )
+    """A clip, its joints (frames, 21, 3), metres, y up, and whether it has toes."""
     roles = joint_map(clip.skeleton, user_map)
     return clip, keypoints_of(clip, roles)[0], {"l_toe", "r_toe"} <= roles.keys()
 
