@@ -33,13 +33,7 @@ from motiondb.errors import QueryError, StoreError, suggestion
 from motiondb.files.packed_files import Source
 from motiondb.files.safe_files import odd_kind
 from motiondb.records import POSE_STEP, Caption, CaptureInfo, Float32Array, Motion
-from motiondb.store.catalogue.annotations import (
-    UNMEASURED,
-    add_captions,
-    add_tags,
-    load_captions,
-    load_measured,
-)
+from motiondb.store.catalogue import annotations
 from motiondb.store.catalogue.edits import OWN_TABLES, put_in_trash
 from motiondb.store.catalogue.parquet_files import load_part
 from motiondb.store.catalogue.where import (
@@ -128,8 +122,8 @@ def _insert(
     numbers = [info.capture_id for info in infos]
     lengths, packed = [len(rows) for rows in poses], [pack_poses(rows) for rows in poses]
     connection.insert("motion", capture_id=numbers, n_frames=lengths, poses=packed)
-    add_tags(connection, {info.capture_id: info.tags for info in infos})
-    add_captions(connection, dict(zip(numbers, (new.captions for new in captures))))
+    annotations.add_tags(connection, {info.capture_id: info.tags for info in infos})
+    annotations.add_captions(connection, dict(zip(numbers, (new.captions for new in captures))))
 
 
 def _finite_poses(new: NewCapture) -> Float32Array:
@@ -190,12 +184,14 @@ def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[Capt
     infos = [_to_info(row, tags.get(row[0], {})) for row in rows]
     if not filters:
         return infos
-    captions = load_captions(store) if asks_captions(filters) else {}
+    captions = annotations.load_captions(store) if asks_captions(filters) else {}
     texts = {number: [caption.words for caption in said] for number, said in captions.items()}
     measured: Mapping[int, Mapping[str, Sequence[str]]] = {}
     if asks_measured(filters):  # markers without a body have neither a number nor findings
-        bodies = load_measured(store, sum(info.has_body for info in infos))
-        measured = {info.capture_id: bodies.get(info.capture_id, UNMEASURED) for info in infos}
+        bodies = annotations.load_measured(store, sum(info.has_body for info in infos))
+        measured = {
+            info.capture_id: bodies.get(info.capture_id, annotations.UNMEASURED) for info in infos
+        }
     return [
         info
         for info in infos
