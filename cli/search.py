@@ -343,7 +343,7 @@ def describe(
     feet, cycles, cadence, lengths, speed and angles of the legs.
     """
     if gait:
-        from motiondb.cli.quality import describe_gait
+        from motiondb.cli.curation import describe_gait
 
         describe_gait(shared, example, where, start, end, up, output, png, as_csv)
         return
