@@ -25,7 +25,14 @@ from motiondb.errors import MotionDBError, StoreError
 from motiondb.files.packed_files import Source
 from motiondb.files.safe_files import link_target, log_of
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo, Event, Motion, Run
-from motiondb.store.catalogue import annotations
+from motiondb.store.catalogue.annotations import (
+    load_captions,
+    load_events,
+    load_relations,
+    load_synonyms,
+    save_relations,
+    save_synonyms,
+)
 from motiondb.store.catalogue.captures import load_poses, unflatten_motion
 from motiondb.store.catalogue.parquet_files import MOTIONS, advice, load_parquet_files
 from motiondb.store.catalogue.places import PlaceError, find_file, told
@@ -155,8 +162,8 @@ def _salvage(store: Store, row: dict[str, Any], lost_columns: Sequence[str]) -> 
     number, lost = row["capture_id"], list[str]()
     source = _attempt(lost, "file", lambda: _read_source(store, "sha256", row["sha256"]))
     motion = _attempt(lost, "motion", lambda: _read_motion(store, row, lost_columns))
-    captions = _attempt(lost, "words", lambda: annotations.load_captions(store, [number]))
-    events = _attempt(lost, "events", lambda: annotations.load_events(store, [number]))
+    captions = _attempt(lost, "words", lambda: load_captions(store, [number]))
+    events = _attempt(lost, "events", lambda: load_events(store, [number]))
     query = "SELECT key, value FROM capture_tag WHERE capture_id = ? ORDER BY key"
     tags = _attempt(lost, "tags", lambda: _rows(store, query, number))
     provenance = _attempt(lost, "origin of its frames", lambda: load_provenance(store, number))
@@ -229,7 +236,7 @@ def copy_shared(damaged: Store, new: Store, run_id: int) -> list[str]:
         players = (replace(p, capture_id=numbers.get(p.capture_id, -1)) for p in scene.players)
         save_scene(new, replace(scene, players=tuple(players)), run_id)
 
-    copy("synonyms", lambda: annotations.save_synonyms(new, annotations.load_synonyms(damaged)))
+    copy("synonyms", lambda: save_synonyms(new, load_synonyms(damaged)))
     copy("the list of copies", lambda: _copy_relations(damaged, new))
     copy_each(
         "grammar",
@@ -251,10 +258,8 @@ def _new_numbers(damaged: Store, new: Store) -> dict[int, int]:
 
 def _copy_relations(damaged: Store, new: Store) -> None:
     names = set(new.connection.column("SELECT name FROM capture"))
-    kept = [
-        r for r in annotations.load_relations(damaged) if r.capture in names and r.other in names
-    ]
-    annotations.save_relations(new, kept)
+    kept = [r for r in load_relations(damaged) if r.capture in names and r.other in names]
+    save_relations(new, kept)
 
 
 def _copy_derivations(damaged: Store, new: Store, numbers: Mapping[int, int], run_id: int) -> None:

@@ -33,7 +33,14 @@ from motiondb.errors import QueryError, StoreError, suggestion
 from motiondb.files.packed_files import Source
 from motiondb.files.safe_files import odd_kind
 from motiondb.records import POSE_STEP, Caption, CaptureInfo, Float32Array, Motion
-from motiondb.store.catalogue import annotations
+from motiondb.store.catalogue.annotations import (
+    UNMEASURED,
+    add_captions,
+    add_tags,
+    load_captions,
+    load_measured,
+    load_tags,
+)
 from motiondb.store.catalogue.edits import OWN_TABLES, put_in_trash
 from motiondb.store.catalogue.parquet_files import load_part
 from motiondb.store.catalogue.where import (
@@ -122,8 +129,8 @@ def _insert(
     numbers = [info.capture_id for info in infos]
     lengths, packed = [len(rows) for rows in poses], [pack_poses(rows) for rows in poses]
     connection.insert("motion", capture_id=numbers, n_frames=lengths, poses=packed)
-    annotations.add_tags(connection, {info.capture_id: info.tags for info in infos})
-    annotations.add_captions(connection, dict(zip(numbers, (new.captions for new in captures))))
+    add_tags(connection, {info.capture_id: info.tags for info in infos})
+    add_captions(connection, dict(zip(numbers, (new.captions for new in captures))))
 
 
 def _finite_poses(new: NewCapture) -> Float32Array:
@@ -175,23 +182,18 @@ def rename_capture(store: Store, capture_id: int, name: str) -> None:
 def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[CaptureInfo]:
     """Load the captures that satisfy a filter (text or parsed), in order of number."""
     filters = parse_where(where) if isinstance(where, str) else where
-    tags: dict[int, dict[str, str]] = {}
-    query = "SELECT capture_id, key, value FROM capture_tag ORDER BY capture_id, key"
-    for number, key, value in store.connection.execute(query).fetchall():
-        tags.setdefault(number, {})[key] = value
+    tags = load_tags(store)
     filters = with_columns(filters, {key for of_one in tags.values() for key in of_one})
     rows = store.connection.execute(f"{_INFO} ORDER BY capture_id").fetchall()
     infos = [_to_info(row, tags.get(row[0], {})) for row in rows]
     if not filters:
         return infos
-    captions = annotations.load_captions(store) if asks_captions(filters) else {}
+    captions = load_captions(store) if asks_captions(filters) else {}
     texts = {number: [caption.words for caption in said] for number, said in captions.items()}
     measured: Mapping[int, Mapping[str, Sequence[str]]] = {}
     if asks_measured(filters):  # markers without a body have neither a number nor findings
-        bodies = annotations.load_measured(store, sum(info.has_body for info in infos))
-        measured = {
-            info.capture_id: bodies.get(info.capture_id, annotations.UNMEASURED) for info in infos
-        }
+        bodies = load_measured(store, sum(info.has_body for info in infos))
+        measured = {info.capture_id: bodies.get(info.capture_id, UNMEASURED) for info in infos}
     return [
         info
         for info in infos
@@ -243,15 +245,8 @@ def load_named(store: Store, names: Sequence[str], *, or_file: bool = False) -> 
     rows = store.connection.execute(
         f"{_INFO} WHERE name IN (SELECT unnest($names))", {"names": whole}
     ).fetchall()
-    tags: dict[int, dict[str, str]] = {row[0]: {} for row in rows}
-    query = (
-        "SELECT capture_id, key, value FROM capture_tag "
-        "WHERE capture_id IN (SELECT unnest($numbers)) ORDER BY key"
-    )
-    for number, key, value in store.connection.execute(query, {"numbers": [*tags]}).fetchall():
-        tags[number][key] = value
-    infos = [_to_info(row, tags[row[0]]) for row in rows]
-    by_name = {info.name: info for info in infos}
+    tags = load_tags(store, [row[0] for row in rows])
+    by_name = {row[1]: _to_info(row, tags.get(row[0], {})) for row in rows}
     return [by_name[name] for name in whole]
 
 

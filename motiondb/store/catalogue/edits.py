@@ -24,6 +24,7 @@ from motiondb.store.catalogue.annotations import (
     load_captions,
     load_events,
     load_synonyms,
+    load_tags,
     save_tags,
 )
 from motiondb.store.catalogue.runs import Run, load_runs, running
@@ -220,13 +221,8 @@ def _load_states(store: Store, wanted: set[int]) -> dict[int, _State]:
     """Load what may be edited in some captures, those that are there."""
     if not wanted:
         return {}
-    captions, events = load_captions(store, wanted), load_events(store, wanted)
-    tags: dict[int, dict[str, str]] = {}
-    for number, key, value in store.connection.execute(
-        "SELECT capture_id, key, value FROM capture_tag WHERE capture_id IN (SELECT unnest($1))",
-        [list(wanted)],
-    ).fetchall():
-        tags.setdefault(number, {})[key] = value
+    tags, captions = load_tags(store, wanted), load_captions(store, wanted)
+    events = load_events(store, wanted)
     rows = store.connection.execute("SELECT capture_id, name FROM capture").fetchall()
     return {
         n: _State(name, tags.get(n, {}), captions.get(n, ()), events.get(n, ()))
