@@ -242,7 +242,9 @@ def _to_finding(row: Sequence[Any]) -> Finding:
     *values, place, numbers = row
     boxes = (numbers[k : k + 6] for k in range(0, len(numbers), 6))
     at = None if place is None else tuple(place)
-    return Finding(*values, at, tuple(Box(tuple(box[:3]), tuple(box[3:])) for box in boxes))
+    things = tuple(Box(tuple(box[:3]), tuple(box[3:])) for box in boxes)
+    fields: list[Any] = [*values, at, things]
+    return Finding(*fields)
 
 
 UNMEASURED: Mapping[str, Sequence[str]] = dict.fromkeys(MEASURED.values(), ())
