@@ -466,7 +466,6 @@ def _with_options(
 
     def decorate(function: Function) -> Function:
         known = dict(signature(function, eval_str=True).parameters)
-        marks = [m for p in known.values() for m in getattr(p.annotation, "__metadata__", ())]
         kinds: dict[str, Any] = {n: p.annotation for n, p in known.items()}
         kinds = {name: kind for name, kind in kinds.items() if is_dataclass(kind)}
         for name in sorted(kinds, key="shared".__eq__):  # those of every command come last
@@ -474,6 +473,7 @@ def _with_options(
             hints = get_type_hints(kinds[name], include_extras=True)
             for field in fields(kinds[name]):
                 known[field.name] = _option(field.name, field.default, hints[field.name])
+        marks = [m for p in known.values() for m in getattr(p.annotation, "__metadata__", ())]
         if kinds and any(getattr(mark, "callback", None) in NAME_CHECKS for mark in marks):
             known["force"] = _option("force", False, Force)
         known = {name: _described(parameter) for name, parameter in known.items()}
