@@ -13,7 +13,7 @@ import duckdb
 from motiondb.errors import QueryError, StoreError
 from motiondb.files import safe_files
 from motiondb.store.catalogue import parquet_files
-from motiondb.store.catalogue.edits import empty_trash
+from motiondb.store.catalogue.runs import empty_trash
 from motiondb.store.connection import log_mark
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store, limit_memory

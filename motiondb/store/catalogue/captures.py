@@ -41,8 +41,8 @@ from motiondb.store.catalogue.annotations import (
     load_measured,
     load_tags,
 )
-from motiondb.store.catalogue.edits import OWN_TABLES, put_in_trash
 from motiondb.store.catalogue.parquet_files import load_part
+from motiondb.store.catalogue.runs import OWN_TABLES, put_in_trash
 from motiondb.store.catalogue.where import (
     COLUMNS,
     NOTHING,
