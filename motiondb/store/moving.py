@@ -165,7 +165,7 @@ def _move_out(store: Store, kind: str, batch: _Batch, where: str) -> None:
             file = ParquetFile(number, where, name, len(whole), hashlib.sha256(whole).hexdigest())
             for table in KINDS[kind]:
                 _note_parts(store, table, batch, file, whole)
-        connection.execute("INSERT INTO parquet_file VALUES (?, ?, ?, ?, ?)", [*astuple(file)])
+        connection.insert_row("parquet_file", *astuple(file))
         _put(file, draft)
 
 

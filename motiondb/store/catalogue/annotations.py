@@ -173,57 +173,39 @@ def load_relations(store: Store, capture: str | None = None) -> list[Relation]:
     return [Relation(*row) for row in rows]
 
 
-_COLUMNS = (
-    "kind",
-    "family",
-    "start_s",
-    "end_s",
-    "measure",
-    "unit",
-    "threshold",
-    "part",
-    "sentence",
-    "place",
-    "boxes",
-)  # Of a finding, in the order of the record's fields
-
-
 def save_quality(store: Store, found: Mapping[int, Quality], run_id: int) -> None:
     """Save what some captures lack, by their numbers, in place of what was saved of them."""
     with transaction(store) as connection:
         for number, quality in found.items():
             for table in ("finding", "capture_quality"):
                 connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [number])
-            connection.execute(
-                "INSERT INTO capture_quality VALUES (?, ?, ?, ?, ?, ?)",
-                [
-                    number,
-                    quality.seconds.tolist(),
-                    list(quality.untold),
-                    quality.floor,
-                    list(chain.from_iterable(quality.flights)),
-                    run_id,
-                ],
+            connection.insert_row(
+                "capture_quality",
+                number,
+                quality.seconds.tolist(),
+                list(quality.untold),
+                quality.floor,
+                list(chain.from_iterable(quality.flights)),
+                run_id,
             )
             for ordinal, finding in enumerate(quality.findings):
                 *values, place, boxes = vars(finding).values()
-                connection.execute(
-                    f"INSERT INTO finding VALUES ({', '.join('?' * 14)})",
-                    [
-                        number,
-                        ordinal,
-                        *values,
-                        None if place is None else list(place),
-                        [number for box in boxes for number in (*box.centre, *box.size)],
-                        run_id,
-                    ],
+                connection.insert_row(
+                    "finding",
+                    number,
+                    ordinal,
+                    *values,
+                    None if place is None else list(place),
+                    [number for box in boxes for number in (*box.centre, *box.size)],
+                    run_id,
                 )
 
 
 def load_quality(store: Store, captures: Iterable[int] | None = None) -> dict[int, Quality]:
     """Load what some captures lack, by their numbers, or all of which it is known."""
     some = None if captures is None else list(captures)
-    findings = _of_captures(store, ", ".join(_COLUMNS), "finding", some, "ordinal")
+    columns = "* EXCLUDE (capture_id, ordinal, run_id)"  # those of a finding, in its order
+    findings = _of_captures(store, columns, "finding", some, "ordinal")
     rows = _of_captures(store, "seconds, untold, floor, flights", "capture_quality", some, "run_id")
     return {
         number: Quality(

@@ -39,14 +39,8 @@ def start_run(
     store: Store, kind: str, parameters: Mapping[str, object] | None = None, seed: int | None = None
 ) -> int:
     """Record the start of a command, with the parameters that decide its result."""
-    text = json.dumps(dict(parameters or {}), default=str, sort_keys=True)
-    with transaction(store) as connection:
-        number = int(connection.value("SELECT coalesce(max(run_id), 0) + 1 FROM run"))
-        connection.execute(
-            "INSERT INTO run VALUES (?, ?, ?, ?, ?, ?, NULL)",
-            [number, kind, text, seed, motiondb_version(), _now()],
-        )
-    return number
+    run = Run(0, kind, dict(parameters or {}), seed, motiondb_version(), _now(), None)
+    return copy_run(store, run)
 
 
 def note_in_run(store: Store, run_id: int, **values: object) -> None:
@@ -81,33 +75,23 @@ def running(
 
 def save_runs(store: Store, runs: Iterable[Run]) -> None:
     """Copy the runs of another store, with their numbers, into a store that has no runs."""
-    with transaction(store) as connection:
+    with transaction(store):
         for run in runs:
-            connection.execute(
-                "INSERT INTO run VALUES (?, ?, ?, ?, ?, ?, ?)",
-                [
-                    run.run_id,
-                    run.kind,
-                    json.dumps(run.parameters, sort_keys=True),
-                    run.seed,
-                    run.version,
-                    run.started,
-                    run.finished,
-                ],
-            )
+            _save_run(store, run.run_id, run)
 
 
 def copy_run(store: Store, run: Run) -> int:
     """Copy a run of another store under a new number, which is returned."""
-    with transaction(store):
-        number = start_run(store, run.kind)
-        save = "UPDATE run SET parameters = ?, seed = ?, version = ?, started = ?, finished = ?"
-        parameters = json.dumps(run.parameters, sort_keys=True)
-        store.connection.execute(
-            f"{save} WHERE run_id = ?",
-            [parameters, run.seed, run.version, run.started, run.finished, number],
-        )
+    with transaction(store) as connection:
+        number = int(connection.value("SELECT coalesce(max(run_id), 0) + 1 FROM run"))
+        _save_run(store, number, run)
     return number
+
+
+def _save_run(store: Store, number: int, run: Run) -> None:
+    parameters = json.dumps(run.parameters, default=str, sort_keys=True)
+    told = (run.seed, run.version, run.started, run.finished)
+    store.connection.insert_row("run", number, run.kind, parameters, *told)
 
 
 def load_runs(store: Store) -> list[Run]:
@@ -123,8 +107,7 @@ def load_run(store: Store, run_id: int) -> Run:
 def _runs(store: Store, which: str, *values: int) -> list[Run]:
     rows = store.connection.execute(f"SELECT * FROM run {which}", list(values)).fetchall()
     return [
-        Run(number, kind, json.loads(parameters), seed, version, started, finished)
-        for number, kind, parameters, seed, version, started, finished in rows
+        Run(number, kind, json.loads(parameters), *told) for number, kind, parameters, *told in rows
     ]
 
 

@@ -238,12 +238,12 @@ def save_not_saved(store: Store, files: NotSaved) -> None:
         for path, _ in faulty.items() - new_faulty.items():
             connection.execute("DELETE FROM faulty_file WHERE path = ?", [path])
         for path, problem in new_faulty.items() - faulty.items():
-            connection.execute("INSERT INTO faulty_file VALUES (?, ?, ?)", [path, problem, noted])
+            connection.insert_row("faulty_file", path, problem, noted)
         for path, _ in same.items() - new_same.items():
             connection.execute("DELETE FROM same_file WHERE path = ?", [path])
         for path, name in new_same.items() - same.items():
             if name in numbers:
-                connection.execute("INSERT INTO same_file VALUES (?, ?)", [path, numbers[name]])
+                connection.insert_row("same_file", path, numbers[name])
 
 
 def is_noted(store: Store, files: NotSaved) -> bool:

@@ -98,6 +98,10 @@ class Connection:
                     "schema/README.md lists tables and columns; other files are not read."
                 ) from None
 
+    def insert_row(self, table: str, *values: object) -> None:
+        """Append a row to a table; it has a value for every column, in their order."""
+        self.execute(f"INSERT INTO {table} VALUES ({', '.join('?' * len(values))})", list(values))
+
     def insert(self, table: str, **columns: Column) -> None:
         """Append rows to a table; a column that is one value has it in every row."""
         self._insert("INSERT", table, columns)
