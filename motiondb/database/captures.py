@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motiondb import answers, records, store
+from motiondb import answers, pictures, records, store
 from motiondb.database.catalogue import browsing
 from motiondb.database.catalogue.parts import load_example
 from motiondb.database.session import Topic
@@ -206,8 +206,6 @@ class Captures(Topic):
         self, name: str, path: str | Path, start: float | None = None, end: float | None = None
     ) -> Path:
         """Draw a capture, or a part of it, as an animated GIF of a stick figure in real time."""
-        from motiondb import pictures
-
         with self.session.reading():
             name = store.load_capture(self.store, name).name
             return pictures.draw_animation(load_example(self.session, name, start, end), path)
@@ -477,8 +475,6 @@ class Captures(Topic):
         example: records.Motion | None = None,
     ) -> Path | Figure:
         """Draw the first matches, below an example if given, as rows of stick figures (PNG)."""
-        from motiondb import pictures
-
         with self.session.reading():
             hits = [(match, self._motion(match.capture)) for match in answer.matches[:_SHOWN]]
         query = None if example is None else ("query", example)
@@ -553,8 +549,6 @@ class Captures(Topic):
 
         QueryError is raised for an answer without reasons, such as one by symbols.
         """
-        from motiondb import pictures
-
         if not answer.explanations:
             raise QueryError(
                 f"{title}: expected an answer with reasons, found one without. Search for words, "

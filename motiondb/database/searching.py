@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from motiondb import answers, store
+from motiondb import answers, pictures, store
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
 from motiondb.database.catalogue.filter_words import take_filter_words
 from motiondb.database.loading import nearby_table
@@ -184,7 +184,6 @@ def compare(
     session: Session, first: Example, second: Example, png: str | Path | None = None
 ) -> answers.Comparison:
     """Align two examples by dynamic time warping, and measure how far they are apart."""
-    from motiondb import pictures
     from motiondb.body.body import JOINTS
     from motiondb.database.catalogue.parts import load_example
     from motiondb.search.alignment import MOST_POSES, align
