@@ -17,7 +17,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from typing import Any
 
@@ -32,6 +32,7 @@ from motiondb.store.catalogue.annotations import (
 )
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.migrations import motiondb_version
+from motiondb.store.connection.statements import columns_of
 from motiondb.store.connection.transactions import touch, transaction
 
 
@@ -137,36 +138,27 @@ class Edit:
     events: tuple[Event, ...] | None = None
 
 
-@dataclass(frozen=True)
-class _State:
-    """What may be edited in a capture."""
-
-    name: str
-    tags: Mapping[str, str]
-    captions: tuple[Caption, ...]
-    events: tuple[Event, ...]
+_PARTS = ("tags", "captions", "events")  # Of a capture, that a run may leave alone
 
 
 @contextmanager
 def noting_edits(store: Store, run_id: int, touched: Iterable[int] = ()) -> Iterator[None]:
     """Surround changes in a transaction, so that the run can be undone; additions are found."""
     wanted = set(touched)
-    before, there = _load_states(store, wanted), _numbers(store)
+    before, there = _load_states(store, run_id, wanted), _numbers(store)
     synonyms = load_synonyms(store) if SYNONYMS in wanted else {}
     yield
-    after, now = _load_states(store, wanted & there), _numbers(store)
+    after, now = _load_states(store, run_id, wanted & there), _numbers(store)
     names = dict(store.connection.execute("SELECT capture_id, name FROM capture").fetchall())
     edits = [Edit(run_id, number, "added", names[number]) for number in sorted(now - there)]
     for number, old in before.items():
         new = after.get(number)
         if new is None:
-            edits.append(Edit(run_id, number, "removed", old.name, captions=old.captions))
+            edits.append(replace(old, kind="removed", tags=None, events=None))
         elif new != old:
-            parts = {
-                part: getattr(old, part) if getattr(old, part) != getattr(new, part) else None
-                for part in ("tags", "captions", "events")
-            }
-            edits.append(Edit(run_id, number, "changed", old.name, **parts))
+            same = [part for part in _PARTS if getattr(old, part) == getattr(new, part)]
+            left_alone: dict[str, Any] = dict.fromkeys(same)
+            edits.append(replace(old, **left_alone))
     if SYNONYMS in wanted and load_synonyms(store) != synonyms:
         edits.append(Edit(run_id, SYNONYMS, "changed", "synonyms", synonyms))
     _save_edits(store, edits)
@@ -301,7 +293,7 @@ def _numbers(store: Store) -> set[int]:
     return set(store.connection.column("SELECT capture_id FROM capture"))
 
 
-def _load_states(store: Store, wanted: set[int]) -> dict[int, _State]:
+def _load_states(store: Store, run_id: int, wanted: set[int]) -> dict[int, Edit]:
     """Load what may be edited in some captures, those that are there."""
     if not wanted:
         return {}
@@ -309,19 +301,15 @@ def _load_states(store: Store, wanted: set[int]) -> dict[int, _State]:
     events = load_events(store, wanted)
     rows = store.connection.execute("SELECT capture_id, name FROM capture").fetchall()
     return {
-        n: _State(name, tags.get(n, {}), captions.get(n, ()), events.get(n, ()))
+        n: Edit(run_id, n, "changed", name, tags.get(n, {}), captions.get(n, ()), events.get(n, ()))
         for n, name in rows
         if n in wanted
     }
 
 
 def _save_edits(store: Store, edits: list[Edit]) -> None:
-    columns: dict[str, list[Any]] = {
-        name: [getattr(edit, name) for edit in edits]
-        for name in ("run_id", "capture_id", "kind", "name")
-    }
-    for part in ("tags", "captions", "events"):
-        columns[part] = [_text(getattr(edit, part)) for edit in edits]
+    columns = columns_of(Edit, edits)
+    columns |= {part: [_text(each) for each in columns[part]] for part in _PARTS}
     with transaction(store) as connection:
         connection.insert("edit", **columns)
 

@@ -204,16 +204,14 @@ def columns_of(kind: type, records: Sequence[Any]) -> dict[str, list[Any]]:
     return {field.name: [getattr(r, field.name) for r in records] for field in fields(kind)}
 
 
-def from_rows(
-    column: NDArray[Any], shape: tuple[int, ...], dtype: type = np.float64
-) -> NDArray[Any]:
+def from_rows(column: NDArray[Any], shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Make an array (rows, *shape) of a list column (rows,); the inverse of :func:`to_rows`."""
     if not len(column):
-        return np.zeros((0, *shape), dtype=dtype)
+        return np.zeros((0, *shape))
     filled = [
         np.ma.filled(numbers, np.nan) if np.ma.isMA(numbers) else numbers for numbers in column
     ]
-    return np.concatenate(filled).astype(dtype, copy=False).reshape(len(column), *shape)
+    return np.concatenate(filled).astype(np.float64, copy=False).reshape(len(column), *shape)
 
 
 def _as_column(values: Column, n: int) -> NDArray[Any]:
