@@ -19,12 +19,10 @@ from motiondb.cli import options, printing
 
 COMMANDS = {
     "cataloguing": ("add", "show", "export", "joints", "fetch"),
-    "listing": ("list", "sql"),
     "selections": ("selections",),
-    "archive": ("remove", "undo", "rename", "merge", "backup", "tags"),
+    "archive": ("list", "sql", "remove", "undo", "rename", "merge", "backup", "tags"),
     "learning": ("learn", "demo", "evaluate", "symbols"),
-    "quality": ("quality",),
-    "curation": ("curate", "coverage", "diff"),
+    "curation": ("quality", "curate", "coverage", "diff"),
     "search": ("search", "like", "along", "rhythm", "describe", "compare"),
     "batch": ("batch",),
     "generation": ("generate", "judge", "join"),

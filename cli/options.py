@@ -8,7 +8,7 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from copy import copy
 from dataclasses import dataclass, fields, is_dataclass
-from functools import wraps
+from functools import cache, wraps
 from inspect import Parameter, signature
 from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_args, get_type_hints
@@ -22,6 +22,7 @@ import motiondb
 from motiondb.cli import printing
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+Command = typer.core.TyperCommand | typer.core.TyperGroup
 
 
 def option(about: str, *names: str, **settings: Any) -> Any:
@@ -359,14 +360,36 @@ def _database(path: Path, wait: float, writing: bool, create: bool) -> Iterator[
             kept[path, writing].release()
 
 
+@cache
+def examples() -> list[str]:
+    """The lines of ``examples.txt``, with which the help of every command ends."""
+    return Path(__file__).with_name("examples.txt").read_text(encoding="utf-8").splitlines()
+
+
 class Group(typer.core.TyperGroup):
     """The group of all commands, whose help ends with examples."""
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
-        from motiondb.cli.examples import add_examples
+        _add_examples(self, "motiondb")
 
-        add_examples(self)
+
+def _add_examples(command: Command, name: str) -> None:
+    """Let the help of a command, and of all below it, end with its examples."""
+    for part, below in getattr(command, "commands", {}).items():
+        _add_examples(below, f"{name} {part}")
+    own = [line for line in examples() if _is_of(line, name, command)]
+    if own:
+        command.epilog = "\b\nExamples:\n" + "\n".join(f"  {line}" for line in own)
+
+
+def _is_of(line: str, name: str, command: Command) -> bool:
+    """Whether a line is an example of a command, and of none below it."""
+    rest = line.removeprefix(name)
+    if rest == line or (rest and not rest.startswith(" ")):
+        return False
+    below = getattr(command, "commands", {})
+    return not below or not rest or (rest.split()[0] not in below and name != "motiondb")
 
 
 class Commands(typer.Typer):
@@ -443,7 +466,6 @@ def _with_options(
 
     def decorate(function: Function) -> Function:
         known = dict(signature(function, eval_str=True).parameters)
-        marks = [m for p in known.values() for m in getattr(p.annotation, "__metadata__", ())]
         kinds: dict[str, Any] = {n: p.annotation for n, p in known.items()}
         kinds = {name: kind for name, kind in kinds.items() if is_dataclass(kind)}
         for name in sorted(kinds, key="shared".__eq__):  # those of every command come last
@@ -451,6 +473,7 @@ def _with_options(
             hints = get_type_hints(kinds[name], include_extras=True)
             for field in fields(kinds[name]):
                 known[field.name] = _option(field.name, field.default, hints[field.name])
+        marks = [m for p in known.values() for m in getattr(p.annotation, "__metadata__", ())]
         if kinds and any(getattr(mark, "callback", None) in NAME_CHECKS for mark in marks):
             known["force"] = _option("force", False, Force)
         known = {name: _described(parameter) for name, parameter in known.items()}

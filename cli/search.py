@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -182,6 +182,18 @@ def like(
     _print_answer(answer, reasons=any(m.reason for m in answer))
 
 
+@dataclass(frozen=True)
+class PartsAsked:
+    """Options of the commands that search for parts of captures."""
+
+    where: options.Where = ""
+    limit: options.Limit = 10
+    exact: options.Exact = False
+    png: options.Png = None
+    export: options.ExportFolder = None
+    as_csv: AsCsv = None
+
+
 @app.command()
 def along(
     shared: options.Shared,
@@ -191,26 +203,18 @@ def along(
             'Points in metres, to the right and up as seen from above, such as "0,0 0,3 2,3".'
         ),
     ],
+    asked: PartsAsked,
     words: Annotated[str, 'What is done along it, such as "walk".'] = "",
-    where: options.Where = "",
-    limit: options.Limit = 10,
-    exact: options.Exact = False,
-    png: options.Png = None,
-    export: options.ExportFolder = None,
-    as_csv: AsCsv = None,
 ) -> None:
     """Search for intervals that travel along a path on the floor.
 
     The path may lie anywhere and in any direction, and answers be up to .7 or 1.4 times as long. A
     mirror image is another path. A line says if none goes along it.
     """
-    _answer_parts(
-        shared,
-        f"along {path}",
-        lambda base: base.captures.along(path, words, where, limit, exact),
-        (where, exact),
-        _Outputs(png, export, as_csv),
-    )
+    with shared.database() as base:
+        answer = base.captures.along(path, words, asked.where, asked.limit, asked.exact)
+        _write_parts(base, answer, asked, f"along {path}")
+    _print_parts(shared, answer, asked)
 
 
 @app.command()
@@ -219,55 +223,36 @@ def rhythm(
     taps: Annotated[
         str, options.argument('Times of three or more taps in seconds, such as "0 .5 1 1.5".')
     ],
+    asked: PartsAsked,
     words: Annotated[str, 'What is done in it, such as "walk".'] = "",
-    where: options.Where = "",
-    limit: options.Limit = 10,
-    exact: options.Exact = False,
-    png: options.Png = None,
-    export: options.ExportFolder = None,
-    as_csv: AsCsv = None,
 ) -> None:
     """Search for intervals whose steps fall at the times of taps.
 
     The first tap may be at any moment, and steps .8 to 1.25 times as fast. Either foot may begin. A
     line says if nobody steps in it.
     """
-    _answer_parts(
-        shared,
-        f"in the rhythm {taps}",
-        lambda base: base.captures.rhythm(taps, words, where, limit, exact),
-        (where, exact),
-        _Outputs(png, export, as_csv),
-    )
-
-
-@dataclass(frozen=True)
-class _Outputs:
-    """The files that answers are written into."""
-
-    png: Path | None
-    export: Path | None
-    as_csv: Path | None
-
-
-def _answer_parts(
-    shared: options.Shared,
-    title: str,
-    ask: Callable[[motiondb.MotionDB], motiondb.ExampleAnswer],
-    among: tuple[str, bool],
-    outputs: _Outputs,
-) -> None:
-    """Ask for parts of captures, and print or write them; ``among``: a filter, whether exact."""
     with shared.database() as base:
-        answer = ask(base)
-        printing.note_filter(base, *among)
-        printing.note_unlearned(base)
-        if outputs.png and answer.matches:
-            base.captures.draw_matches(answer, outputs.png, title)
-        if outputs.export:
-            _write_matches(base, answer, outputs.export, title)
-    if outputs.as_csv:
-        _write_csv(answer.matches, outputs.as_csv)
+        answer = base.captures.rhythm(taps, words, asked.where, asked.limit, asked.exact)
+        _write_parts(base, answer, asked, f"in the rhythm {taps}")
+    _print_parts(shared, answer, asked)
+
+
+def _write_parts(
+    base: motiondb.MotionDB, answer: motiondb.ExampleAnswer, asked: PartsAsked, title: str
+) -> None:
+    """Write the files of an answer with parts of captures."""
+    printing.note_filter(base, asked.where, asked.exact)
+    printing.note_unlearned(base)
+    if asked.png and answer.matches:
+        base.captures.draw_matches(answer, asked.png, title)
+    if asked.export:
+        _write_matches(base, answer, asked.export, title)
+
+
+def _print_parts(shared: options.Shared, answer: motiondb.ExampleAnswer, asked: PartsAsked) -> None:
+    """Print an answer with parts of captures, or its table."""
+    if asked.as_csv:
+        _write_csv(answer.matches, asked.as_csv)
         return
     if not printing.as_json(shared, motiondb.like_answer(answer)):
         if answer.read_as:
@@ -343,7 +328,7 @@ def describe(
     feet, cycles, cadence, lengths, speed and angles of the legs.
     """
     if gait:
-        from motiondb.cli.quality import describe_gait
+        from motiondb.cli.curation import describe_gait
 
         describe_gait(shared, example, where, start, end, up, output, png, as_csv)
         return

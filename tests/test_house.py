@@ -79,6 +79,7 @@ OPENERS = {
     "motiondb/scene/language/texts.py": "the package's own",
     "motiondb/page": "its own files, and uploads",
     "cli/main.py": "the null device",
+    "cli/options.py": "the package's own",
 }  # Where files are opened in another way than ``open_file``, and which
 
 
@@ -358,11 +359,11 @@ def test_commands_help_and_answer_in_json() -> None:
 
 def test_every_command_has_an_example_that_it_understands() -> None:
     import motiondb
-    from motiondb.cli.examples import EXAMPLES
+    from motiondb.cli.options import examples
 
     known = dict(commands())
     shown = set()
-    for line in EXAMPLES:
+    for line in examples():
         words = shlex.split(line.partition(" >")[0] if line.endswith((".csv", ".tsv")) else line)
         name = max((n for n in known if " ".join([*words[1:], ""]).startswith(n + " ")), key=len)
         shown.add(name)

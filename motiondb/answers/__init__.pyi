@@ -84,33 +84,6 @@ from .catalogue import (
 from .catalogue import (
     shown_event as shown_event,
 )
-from .curation import (
-    Cell as Cell,
-)
-from .curation import (
-    ChosenInterval as ChosenInterval,
-)
-from .curation import (
-    CoverageAnswer as CoverageAnswer,
-)
-from .curation import (
-    CurateAnswer as CurateAnswer,
-)
-from .curation import (
-    DiffAnswer as DiffAnswer,
-)
-from .curation import (
-    DroppedInterval as DroppedInterval,
-)
-from .curation import (
-    Moment as Moment,
-)
-from .curation import (
-    SharedCapture as SharedCapture,
-)
-from .curation import (
-    SplitChoice as SplitChoice,
-)
 from .database import (
     AddReport as AddReport,
 )
@@ -124,7 +97,25 @@ from .database import (
     CaptionsSet as CaptionsSet,
 )
 from .database import (
+    Cell as Cell,
+)
+from .database import (
+    ChosenInterval as ChosenInterval,
+)
+from .database import (
+    CoverageAnswer as CoverageAnswer,
+)
+from .database import (
+    CurateAnswer as CurateAnswer,
+)
+from .database import (
     DatabaseInfo as DatabaseInfo,
+)
+from .database import (
+    DiffAnswer as DiffAnswer,
+)
+from .database import (
+    DroppedInterval as DroppedInterval,
 )
 from .database import (
     Evaluation as Evaluation,
@@ -145,6 +136,9 @@ from .database import (
     MergeReport as MergeReport,
 )
 from .database import (
+    Moment as Moment,
+)
+from .database import (
     Removed as Removed,
 )
 from .database import (
@@ -152,6 +146,12 @@ from .database import (
 )
 from .database import (
     Score as Score,
+)
+from .database import (
+    SharedCapture as SharedCapture,
+)
+from .database import (
+    SplitChoice as SplitChoice,
 )
 from .database import (
     StartAnswer as StartAnswer,

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from motiondb import answers, records, store
+from motiondb import answers, pictures, records, store
 from motiondb.database.catalogue import browsing
 from motiondb.database.catalogue.parts import load_example
-from motiondb.database.session import Topic
+from motiondb.database.session import Session, Topic
 from motiondb.database.values import ANY, FOLDER, Where, folder_names, listed, names_by_pattern
 from motiondb.errors import QueryError
 from motiondb.store import CAPTION, COLUMNS
@@ -21,12 +21,10 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
 
     from motiondb.database.catalogue import cataloguing, sheets
     from motiondb.database.generated_files import Made
-    from motiondb.database.session import Session
     from motiondb.database.values import Example
     from motiondb.search.by_example import ExampleAnswer
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.takings import Taking
-    from motiondb.store import Provenance
 
 _SHOWN_COLUMNS = ("name", "duration", "fps", "format", "tags")  # Of a list of captures
 _SHOWN = 8  # Most matches in a picture: more would be too small on a screen
@@ -182,7 +180,7 @@ class Captures(Topic):
             info = store.load_capture(self.store, name)
             return Listed(showing.capture_activities(self.session, info.capture_id))
 
-    def provenance(self, name: str) -> Provenance:
+    def provenance(self, name: str) -> store.Provenance:
         """Origin of every frame of a generated capture; without sources for a captured one."""
         with self.session.reading():
             info = store.load_capture(self.store, name)
@@ -206,8 +204,6 @@ class Captures(Topic):
         self, name: str, path: str | Path, start: float | None = None, end: float | None = None
     ) -> Path:
         """Draw a capture, or a part of it, as an animated GIF of a stick figure in real time."""
-        from motiondb import pictures
-
         with self.session.reading():
             name = store.load_capture(self.store, name).name
             return pictures.draw_animation(load_example(self.session, name, start, end), path)
@@ -477,8 +473,6 @@ class Captures(Topic):
         example: records.Motion | None = None,
     ) -> Path | Figure:
         """Draw the first matches, below an example if given, as rows of stick figures (PNG)."""
-        from motiondb import pictures
-
         with self.session.reading():
             hits = [(match, self._motion(match.capture)) for match in answer.matches[:_SHOWN]]
         query = None if example is None else ("query", example)
@@ -558,8 +552,6 @@ class Captures(Topic):
 
         QueryError is raised for an answer without reasons, such as one by symbols.
         """
-        from motiondb import pictures
-
         if not answer.explanations:
             raise QueryError(
                 f"{title}: expected an answer with reasons, found one without. Search for words, "

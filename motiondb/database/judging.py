@@ -10,15 +10,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from motiondb import answers, store
+from motiondb.database import generating
 from motiondb.database.catalogue.assessing import points_of
 from motiondb.database.catalogue.exporting import added_joint_map, load_clip
-from motiondb.database.generating import (
-    action_verdict,
-    replace_unknown,
-    say_why_not,
-    takes_of,
-    with_notation,
-)
 from motiondb.database.loading import nearby_table
 from motiondb.database.searching import check_any
 from motiondb.database.session import Session
@@ -63,7 +57,7 @@ def judge(
             takings = unknown_words(asked, nearby_table(), is_replaced=False)
         else:
             asked, same = write_otherwise(asked)
-            learned, takings, _ = replace_unknown(asked, False, False)
+            learned, takings, _ = generating.replace_unknown(asked, False, False)
         names = _own_names(session, example)
         near = search_motion(
             session.searchable, session.frames, motion, list(learned.captures), N_NEAREST
@@ -71,7 +65,7 @@ def judge(
         copies = [match.capture for match in near if match.score >= SAME]
         left_out = sorted({*names, *copies} & {info.name for info in learned.captures.values()})
         numbers = {info.name: number for number, info in learned.captures.items()}
-        takes = takes_of(session)
+        takes = generating.takes_of(session)
         found = judge_sentence(
             learned, takes, motion, asked.text, [numbers[n] for n in left_out], seeded(0)
         )
@@ -82,7 +76,7 @@ def judge(
 
     hints = hints_of({word: taking for word, taking in takings.items() if not taking.is_taken})
     question = with_hints(replace(found.question, text=sentence), hints)
-    actions = tuple(with_notation(one, takings) for one in found.actions)
+    actions = tuple(generating.with_notation(one, takings) for one in found.actions)
     shown = found.shown if found.shown is not True or all(a.shown for a in actions) else None
     real = {info.name for info in learned.captures.values() if info.kind != "generated"} - names
     return answers.extended(
@@ -91,8 +85,8 @@ def judge(
         sentence=sentence,
         seconds=round(motion.duration, 3),
         shown=shown,
-        actions=tuple(map(action_verdict, actions)),
-        reason=say_why_not(actions, found.against),
+        actions=tuple(map(generating.action_verdict, actions)),
+        reason=generating.say_why_not(actions, found.against),
         question=answers.understood_question(question, hinted(found.not_used, hints)),
         sentences=(
             *motion.notes,

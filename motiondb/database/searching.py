@@ -11,10 +11,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from motiondb import answers, store
+from motiondb import answers, pictures, store
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP
 from motiondb.database.catalogue.filter_words import take_filter_words
-from motiondb.database.loading import nearby_table
+from motiondb.database.loading import load_steps, nearby_table
 from motiondb.database.session import Session
 from motiondb.database.values import Where, check_least, check_text
 from motiondb.errors import QueryError
@@ -114,7 +114,6 @@ def answer_rhythm(
     exact: bool,
 ) -> ExampleAnswer:
     """The intervals whose steps fall at taps; with words, where captures show these."""
-    from motiondb.database.loading import load_steps
     from motiondb.search.by_rhythm import MOST_OFF, parts_in, read_rhythm
     from motiondb.search.nearest_parts import answer_parts
 
@@ -184,7 +183,6 @@ def compare(
     session: Session, first: Example, second: Example, png: str | Path | None = None
 ) -> answers.Comparison:
     """Align two examples by dynamic time warping, and measure how far they are apart."""
-    from motiondb import pictures
     from motiondb.body.body import JOINTS
     from motiondb.database.catalogue.parts import load_example
     from motiondb.search.alignment import MOST_POSES, align

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from motiondb import answers, store
+from motiondb import answers, pictures, store
 from motiondb.database.captures import chosen
 from motiondb.database.session import Topic
 from motiondb.database.values import Where
@@ -272,8 +272,6 @@ class Symbols(Topic):
 
     def draw(self, path: str | Path | None = None) -> Path | Figure:
         """Draw the symbol space with its clusters, every symbol with its word, as PNG."""
-        from motiondb import pictures
-
         labels = [row.words[0].word if row.words else "" for row in self.rows(1)]
         return pictures.save_png(pictures.space_figure(self.session.learned.space, labels), path)
 

@@ -22,7 +22,7 @@ from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, Final, Literal
+from typing import IO, Any, Literal
 
 from motiondb import answers
 from motiondb.page.errors import PageError, unknown
@@ -33,12 +33,7 @@ MOST_POINTS = 2000  # Largest number of points of an error curve that are rememb
 FACTS_FILE, MOTION_FILE, FIRST_FILE = "facts.json", "motion.bin", "first.bin"
 SCENE_KINDS = ("scene", "scene-update")
 State = Literal["waiting", "running", "done", "failed", "cancelled"]
-WAITING: Final = "waiting"
-RUNNING: Final = "running"
-DONE: Final = "done"
-FAILED: Final = "failed"
-CANCELLED: Final = "cancelled"
-_ENDED = (DONE, FAILED, CANCELLED)
+_ENDED = ("done", "failed", "cancelled")
 _RESULTS: dict[str, Callable[..., Any]] = {
     "add": answers.AddResult,
     "learn": answers.LearnResult,
@@ -147,7 +142,7 @@ class Job:
     def __init__(self, kind: str, title: str) -> None:
         self.job_id = f"j{secrets.token_hex(5)}"
         self.kind, self.title = kind, title
-        self.state: State = WAITING
+        self.state: State = "waiting"
         self.what, self.share = "", 0.0
         self.progress = WholeProgress(kind)
         self.error: float | None = None
@@ -210,7 +205,7 @@ class Job:
         """Record that the work begins; False if the job is over, as one that was cancelled is."""
         with self._lock:
             if not self.is_over:
-                self.state, self.what = RUNNING, ""
+                self.state, self.what = "running", ""
                 self.version += 1
             return not self.is_over
 
@@ -259,7 +254,7 @@ class Worker:
         if not job.is_over:
             code = self._process.wait()
             job.end(
-                FAILED,
+                "failed",
                 f"{job.title}: expected the work to end, found that its process ended with code"
                 f" {code}. What was saved before stays, nothing is half saved. Try again; there may"
                 " be too little memory.",
@@ -285,11 +280,11 @@ def _follow(job: Job, events: IO[str], shown: Callable[[str], str]) -> None:
     for line in events:
         event = json.loads(line)
         if "failed" in event:
-            job.end(FAILED, shown(event["failed"]), event["kind"])
+            job.end("failed", shown(event["failed"]), event["kind"])
         elif "done" in event:
             result = _RESULTS.get(job.kind, dict)  # short jobs have a plain one
             job.result, job.share = result(**event["done"]), 1.0
-            job.end(DONE)
+            job.end("done")
         elif "preview" in event:
             job.show(event["preview"])
         else:
@@ -334,7 +329,7 @@ class Jobs:
         job, worker = Job(kind, title), self._scene_worker
         is_busy = worker is not None and worker.turn.locked()
         (self._run_alone if is_busy else self._run_scene)(job, parameters)
-        if job.state != DONE:
+        if job.state != "done":
             status = 503 if job.error_kind == "HeldError" else 400
             raise PageError(job.message or "cancelled", job.error_kind or "WorkerError", status)
         return job.result
@@ -354,7 +349,7 @@ class Jobs:
     def cancel(self, job_id: str) -> Job:
         """Cancel a job; a job that has ended does not change."""
         job = self.get(job_id)
-        job.end(CANCELLED, "cancelled: what was saved before stays, nothing is half saved")
+        job.end("cancelled", "cancelled: what was saved before stays, nothing is half saved")
         with self._lock:
             worker = self._workers.pop(job_id, None)
             if worker is not None and worker is self._scene_worker:
@@ -369,8 +364,8 @@ class Jobs:
         Ending the process would lose the clips and the compiled code that make the next job fast.
         """
         for job in self.all():
-            if job.kind == kind and job.state == WAITING:
-                job.end(CANCELLED, "a newer one took its place")
+            if job.kind == kind and job.state == "waiting":
+                job.end("cancelled", "a newer one took its place")
 
     def close(self) -> None:
         """End all processes."""

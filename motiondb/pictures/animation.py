@@ -14,16 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from motiondb.errors import MotionDBError
-from motiondb.pictures import style
-from motiondb.pictures.stick import (
-    BONES,
-    ELEVATION,
-    HEAD_RADIUS,
-    View,
-    bone_colour,
-    head_centre,
-    view_motion,
-)
+from motiondb.pictures import stick, style
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 
 if TYPE_CHECKING:
@@ -72,7 +63,7 @@ def draw_animations(
 
 def animation_images(motion: Motion, height: int = 320) -> list[Image]:
     """Frames of an animation, 20 a second, with one palette."""
-    view = view_motion(motion)
+    view = stick.view_motion(motion)
     frames = shown_frames(view.n_frames, _MAX_SECONDS, "Choose an interval with --from and --to.")
     metres = max(view.top, 1.6) + 0.35
     width = round(height * max(1.0, 1.1 * view.width / metres))
@@ -115,16 +106,18 @@ def paint_body(
     outline: tuple[str, int],
 ) -> None:
     """Draw limbs, far ones first, and the head with its outline; all sizes in pixels."""
-    for parent, child in sorted(BONES, key=lambda bone: float(depths[bone[0]] + depths[bone[1]])):
+    for parent, child in sorted(
+        stick.BONES, key=lambda bone: float(depths[bone[0]] + depths[bone[1]])
+    ):
         colour = colour_of(child)
         draw.line([tuple(points[parent]), tuple(points[child])], fill=colour, width=thick)
         for end in (points[parent], points[child]):
             paint_disc(draw, end, thick / 2.0, fill=colour)
     colour, width = outline
-    paint_disc(draw, head_centre(points), radius, fill="white", outline=colour, width=width)
+    paint_disc(draw, stick.head_centre(points), radius, fill="white", outline=colour, width=width)
 
 
-def _draw_frame(view: View, frame: int, size: tuple[int, int], metres: float) -> Image:
+def _draw_frame(view: stick.View, frame: int, size: tuple[int, int], metres: float) -> Image:
     from PIL import Image as PilImage
     from PIL import ImageDraw as PilDraw
 
@@ -141,12 +134,12 @@ def _draw_frame(view: View, frame: int, size: tuple[int, int], metres: float) ->
         pixels = to_pixels(line)
         draw.line([tuple(pixels[0]), tuple(pixels[1])], fill=style.GRID, width=FINE)
     x, y = origin
-    reach, rise = 0.31 * scale, 0.31 * np.sin(ELEVATION) * scale
+    reach, rise = 0.31 * scale, 0.31 * np.sin(stick.ELEVATION) * scale
     draw.ellipse((x - reach, y - rise, x + reach, y + rise), fill=style.GRID)
     thick = max(1, round(0.045 * scale))
     outline, points = (style.TRUNK, round(0.8 * thick)), to_pixels(view.points[frame])
-    radius, depths = HEAD_RADIUS * scale, view.depths[frame]
-    paint_body(draw, points, depths, radius, thick, bone_colour, outline)
+    radius, depths = stick.HEAD_RADIUS * scale, view.depths[frame]
+    paint_body(draw, points, depths, radius, thick, stick.bone_colour, outline)
     return image.resize(size, PilImage.Resampling.LANCZOS)
 
 
@@ -158,4 +151,4 @@ def _grid(spot: FloatArray) -> list[FloatArray]:
     for mark in marks:
         lines.append(np.array([[mark, -_GRID_REACH], [mark, _GRID_REACH]], dtype=float))
         lines.append(np.array([[-_GRID_REACH, mark], [_GRID_REACH, mark]], dtype=float))
-    return [(line - offset) * np.array([1.0, -np.sin(ELEVATION)]) for line in lines]
+    return [(line - offset) * np.array([1.0, -np.sin(stick.ELEVATION)]) for line in lines]

@@ -34,9 +34,7 @@ _MAX_LEGEND = 24  # clusters in the legend; more would not fit below the panels
 _CROWD = 80  # More symbols than this are labelled in smaller type
 
 
-def space_figure(
-    space: SymbolSpace, labels: Sequence[str] = (), title: str = "Symbol space"
-) -> Figure:
+def space_figure(space: SymbolSpace, labels: Sequence[str] = ()) -> Figure:
     """Draw the symbol space; the first axes are those of the large panel."""
     n_symbols, n_dimensions = space.coordinates.shape
     if n_symbols == 0:
@@ -53,7 +51,7 @@ def space_figure(
     width = _LEFT + _SIDE + (_LEFT + side if len(pairs) > 1 else 0.0) + 0.25
     height = _FOOT + tall + 0.55
     with style.drawing():
-        figure = style.new_page(width, height, title, (_LEFT, 0.3), "top")
+        figure = style.new_page(width, height, "Symbol space", (_LEFT, 0.3), "top")
         for number, pair in enumerate(pairs):
             box = (_LEFT, _FOOT, _SIDE, tall)
             if number > 0:

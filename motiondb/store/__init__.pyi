@@ -111,51 +111,6 @@ from .catalogue.captures import (
 from .catalogue.captures import (
     unflatten_motion as unflatten_motion,
 )
-from .catalogue.edits import (
-    SYNONYMS as SYNONYMS,
-)
-from .catalogue.edits import (
-    UNDO as UNDO,
-)
-from .catalogue.edits import (
-    Edit as Edit,
-)
-from .catalogue.edits import (
-    change_tags as change_tags,
-)
-from .catalogue.edits import (
-    find_undoable as find_undoable,
-)
-from .catalogue.edits import (
-    load_edits as load_edits,
-)
-from .catalogue.edits import (
-    load_trash as load_trash,
-)
-from .catalogue.edits import (
-    noting_edits as noting_edits,
-)
-from .catalogue.edits import (
-    restore_captures as restore_captures,
-)
-from .catalogue.faulty import KnownFile as KnownFile
-from .catalogue.faulty import (
-    NotSaved as NotSaved,
-)
-from .catalogue.faulty import (
-    is_noted as is_noted,
-)
-from .catalogue.faulty import (
-    load_faulty as load_faulty,
-)
-from .catalogue.faulty import load_known_files as load_known_files
-from .catalogue.faulty import (
-    load_same_files as load_same_files,
-)
-from .catalogue.faulty import save_known_files as save_known_files
-from .catalogue.faulty import (
-    save_not_saved as save_not_saved,
-)
 from .catalogue.joined_rows import (
     FileRows as FileRows,
 )
@@ -166,10 +121,28 @@ from .catalogue.parquet_files import (
     load_parquet_files as load_parquet_files,
 )
 from .catalogue.runs import (
+    SYNONYMS as SYNONYMS,
+)
+from .catalogue.runs import (
+    UNDO as UNDO,
+)
+from .catalogue.runs import (
+    Edit as Edit,
+)
+from .catalogue.runs import (
+    change_tags as change_tags,
+)
+from .catalogue.runs import (
     copy_run as copy_run,
 )
 from .catalogue.runs import (
+    find_undoable as find_undoable,
+)
+from .catalogue.runs import (
     finish_run as finish_run,
+)
+from .catalogue.runs import (
+    load_edits as load_edits,
 )
 from .catalogue.runs import (
     load_run as load_run,
@@ -178,7 +151,16 @@ from .catalogue.runs import (
     load_runs as load_runs,
 )
 from .catalogue.runs import (
+    load_trash as load_trash,
+)
+from .catalogue.runs import (
     note_in_run as note_in_run,
+)
+from .catalogue.runs import (
+    noting_edits as noting_edits,
+)
+from .catalogue.runs import (
+    restore_captures as restore_captures,
 )
 from .catalogue.runs import (
     running as running,
@@ -207,6 +189,10 @@ from .catalogue.selections import (
 from .catalogue.selections import (
     write_selections as write_selections,
 )
+from .catalogue.sources import KnownFile as KnownFile
+from .catalogue.sources import (
+    NotSaved as NotSaved,
+)
 from .catalogue.sources import (
     Provenance as Provenance,
 )
@@ -217,6 +203,13 @@ from .catalogue.sources import (
     fill_in as fill_in,
 )
 from .catalogue.sources import (
+    is_noted as is_noted,
+)
+from .catalogue.sources import (
+    load_faulty as load_faulty,
+)
+from .catalogue.sources import load_known_files as load_known_files
+from .catalogue.sources import (
     load_left_out as load_left_out,
 )
 from .catalogue.sources import (
@@ -226,7 +219,14 @@ from .catalogue.sources import (
     load_provenance as load_provenance,
 )
 from .catalogue.sources import (
+    load_same_files as load_same_files,
+)
+from .catalogue.sources import (
     load_source as load_source,
+)
+from .catalogue.sources import save_known_files as save_known_files
+from .catalogue.sources import (
+    save_not_saved as save_not_saved,
 )
 from .catalogue.sources import (
     save_provenance as save_provenance,

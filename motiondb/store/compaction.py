@@ -11,25 +11,9 @@ from pathlib import Path
 import duckdb
 
 from motiondb.errors import QueryError, StoreError
-from motiondb.files.safe_files import (
-    COPY,
-    beside,
-    check_file_name,
-    check_one_name,
-    delete_all,
-    link_target,
-    log_of,
-    output_file,
-    plain_name,
-    sweep_databases,
-)
-from motiondb.store.catalogue.edits import empty_trash
-from motiondb.store.catalogue.parquet_files import (
-    KINDS,
-    forget_untold,
-    forget_unused,
-    untold_files,
-)
+from motiondb.files import safe_files
+from motiondb.store.catalogue import parquet_files
+from motiondb.store.catalogue.runs import empty_trash
 from motiondb.store.connection import log_mark
 from motiondb.store.connection.faults import first_sentence, is_damage
 from motiondb.store.connection.handle import Store, limit_memory
@@ -61,14 +45,14 @@ def compact(
     # Other processes may read the file meanwhile, but not write: it is held open for reading until
     # the copy has taken its place, so that no change can be lost. A kill leaves the old file, and a
     # copy that the next command deletes.
-    check_file_name(Path(path))
-    path = link_target(Path(path))
+    safe_files.check_file_name(Path(path))
+    path = safe_files.link_target(Path(path))
     place = None if motions_to is None else find_place(motions_to)  # before the trash is emptied
     try:
-        check_one_name(path)
+        safe_files.check_one_name(path)
     except OSError as error:
         raise StoreError(f"{path}: expected one name to replace, found {error.strerror}.") from None
-    new = beside(path, COPY)
+    new = safe_files.beside(path, safe_files.COPY)
     with open_store(path, create=False, wait=wait) as store:  # brings the log into the file
         if store.lacked_log:  # the copy would no longer fit to the log
             raise StoreError(store.log_note)
@@ -77,7 +61,7 @@ def compact(
         notes = tuple(store.notes)
     identity = _identity(path)
     with open_store(path, read_only=True, wait=wait) as store:
-        if log_of(path).exists():
+        if safe_files.log_of(path).exists():
             raise StoreError(
                 f"{path}: expected all changes in the file, found some in the log beside it "
                 f"({path.name}.wal): another program is writing, or the disk has no room to bring "
@@ -93,7 +77,7 @@ def compact(
                 )
             copy_tables(store, "compacted")
             store.connection.execute("DETACH compacted")
-            if log_of(new).exists():  # what it holds would be missing
+            if safe_files.log_of(new).exists():  # what it holds would be missing
                 raise StoreError(
                     f"{path}: expected room for a copy beside it, found too little. "
                     "Nothing was changed; look at the disk."
@@ -109,7 +93,7 @@ def compact(
         except OSError as error:
             raise StoreError(_no_room(path, new, error)) from error
         finally:
-            delete_all(new, log_of(new))
+            safe_files.delete_all(new, safe_files.log_of(new))
     _forget_told(path, unused, wait)
     return Compacted(before, path.stat().st_size, moved, tuple(unused), notes)
 
@@ -122,17 +106,17 @@ def _prepare(store: Store, place: str | None, progress: Progress | None) -> tupl
     if store.loss_note:
         with transaction(store) as connection:
             connection.execute(log_mark.FORGET_LOSS)
-    for kind in KINDS:
-        forget_unused(store, kind)
+    for kind in parquet_files.KINDS:
+        parquet_files.forget_unused(store, kind)
     moved = move_motions(store, place, progress) if place else 0
-    return moved, untold_files(store)
+    return moved, parquet_files.untold_files(store)
 
 
 def _forget_told(path: Path, unused: Sequence[str], wait: float) -> None:
     """Forget the unused Parquet files, which are told now; else they are told once more."""
     if unused:
         with suppress(StoreError), open_store(path, create=False, wait=wait) as store:
-            forget_untold(store)
+            parquet_files.forget_untold(store)
 
 
 def _identity(path: Path) -> tuple[int, int]:
@@ -143,7 +127,7 @@ def _identity(path: Path) -> tuple[int, int]:
 
 def attach(store: Store, new: Path, alias: str) -> None:
     """Make the copy's file and attach it, which keeps every other process from it."""
-    target = plain_name(new).replace("'", "''")
+    target = safe_files.plain_name(new).replace("'", "''")
     try:
         store.connection.execute(f"ATTACH '{target}' AS {alias} (READ_WRITE)")
     except (StoreError, duckdb.Error) as error:
@@ -171,7 +155,7 @@ def _no_room(path: Path, new: Path, cause: BaseException) -> str:
 
 def backup(store: Store, path: Path, check: Callable[[Path], Sequence[str]]) -> None:
     """Copy one state into a new file, which gets its name when `check` finds no faults in it."""
-    check_file_name(path)
+    safe_files.check_file_name(path)
     if path.exists():
         raise QueryError(f"{path} already exists. Choose another name.")
     if not path.absolute().parent.is_dir():
@@ -182,14 +166,14 @@ def backup(store: Store, path: Path, check: Callable[[Path], Sequence[str]]) -> 
         raise StoreError(_no_room(store.path, path, PermissionError("no right to write there.")))
     if store.lacked_log:  # the copy would not say so
         raise StoreError(store.log_note)
-    sweep_databases(path.absolute().parent)
-    with output_file(path, StoreError) as draft, store.may_make(draft):
+    safe_files.sweep_databases(path.absolute().parent)
+    with safe_files.output_file(path, StoreError) as draft, store.may_make(draft):
         attach(store, draft, "backup_file")
         try:
             copy_tables(store, "backup_file")
         finally:
             store.connection.execute("DETACH backup_file")
-        if log_of(draft).exists():  # what it holds would be missing
+        if safe_files.log_of(draft).exists():  # what it holds would be missing
             raise StoreError(
                 f"{path}: expected room for a copy, found too little. Nothing was written; look "
                 "at the disk."

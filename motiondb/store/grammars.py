@@ -106,15 +106,13 @@ def save_grammar(store: Store, grammar: StoredGrammar, run_id: int) -> list[str]
     with transaction(store) as connection:
         lost = _remove(store, grammar.name)
         number = connection.value("SELECT coalesce(max(grammar_id), 0) + 1 FROM grammar")
-        connection.execute(
-            "INSERT INTO grammar VALUES (?, ?, ?, ?, ?)",
-            [
-                number,
-                grammar.name,
-                grammar.start,
-                None if np.isnan(grammar.objective) else grammar.objective,
-                run_id,
-            ],
+        connection.insert_row(
+            "grammar",
+            number,
+            grammar.name,
+            grammar.start,
+            None if np.isnan(grammar.objective) else grammar.objective,
+            run_id,
         )
         _insert_terminals(store, grammar, number, run_id)
         _insert_rules(store, grammar, number, run_id)
@@ -157,9 +155,8 @@ def _insert_terminals(store: Store, grammar: StoredGrammar, number: int, run_id:
 def _insert_rules(store: Store, grammar: StoredGrammar, number: int, run_id: int) -> None:
     connection = store.connection
     for ordinal, (left, right, probability) in enumerate(grammar.rules):
-        connection.execute(
-            "INSERT INTO grammar_rule VALUES (?, ?, ?, ?, ?, ?)",
-            [number, ordinal, left, list(right), probability, run_id],
+        connection.insert_row(
+            "grammar_rule", number, ordinal, left, list(right), probability, run_id
         )
     connection.insert(
         "sentence",
@@ -290,9 +287,13 @@ def save_derivation(
 ) -> None:
     """Save the derivation of a generated capture from the grammar of this number."""
     with transaction(store) as connection:
-        connection.execute(
-            "INSERT INTO derivation VALUES (?, ?, ?, ?, ?)",
-            [capture_id, grammar_id, list(derivation.rules), list(derivation.clips), run_id],
+        connection.insert_row(
+            "derivation",
+            capture_id,
+            grammar_id,
+            list(derivation.rules),
+            list(derivation.clips),
+            run_id,
         )
 
 

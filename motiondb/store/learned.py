@@ -94,17 +94,15 @@ def save_learning(
                 connection.execute(f"DELETE FROM {table}")
         _delete_segments(connection, kept)
         forget_unused(store, SCORES)
-        connection.execute(
-            "INSERT INTO learning VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-            [
-                run_id,
-                content_revision(store),
-                symbols.n_symbols,
-                *symbols.means.shape[1:],
-                space.coordinates.shape[1],
-                len(space.weights),
-                len(learning.association.words),
-            ],
+        connection.insert_row(
+            "learning",
+            run_id,
+            content_revision(store),
+            symbols.n_symbols,
+            *symbols.means.shape[1:],
+            space.coordinates.shape[1],
+            len(space.weights),
+            len(learning.association.words),
         )
         if former is None:
             _insert_symbols(connection, symbols, space, run_id)

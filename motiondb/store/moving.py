@@ -25,30 +25,10 @@ from typing import BinaryIO
 from motiondb.errors import StoreError
 from motiondb.files.safe_files import free_draft
 from motiondb.records import Float32Array
-from motiondb.store.catalogue.parquet_files import (
-    KINDS,
-    MOTIONS,
-    SCORES,
-    ParquetFile,
-    Part,
-    advice,
-    end_note,
-    forget,
-    is_whole,
-    load_captures_in,
-    load_parquet_files,
-    note_unused,
-    untold_files,
-)
-from motiondb.store.catalogue.places import (
-    PlaceError,
-    digest_of,
-    find_file,
-    open_place,
-    place_name,
-    read_pieces,
-    told,
-)
+from motiondb.store.catalogue import parquet_files
+from motiondb.store.catalogue import places as locations
+from motiondb.store.catalogue.parquet_files import KINDS, MOTIONS, SCORES, ParquetFile, Part
+from motiondb.store.catalogue.places import PlaceError, told
 from motiondb.store.catalogue.runs import finish_run, start_run
 from motiondb.store.connection.faults import DamagedFileError
 from motiondb.store.connection.handle import Store, bounded_memory
@@ -82,9 +62,9 @@ def find_place(to: str) -> str:
     """How a place is kept; it is refused if nothing can lie there. ``IN_DATABASE`` is one, too."""
     if to == IN_DATABASE:
         return to
-    name = place_name(to)
+    name = locations.place_name(to)
     with told(name, _ROOM):
-        open_place(name).check()
+        locations.open_place(name).check()
     return name
 
 
@@ -96,7 +76,7 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
     """
     tell = progress or (lambda _what, _done, _total: None)
     place = find_place(to)
-    files = [file for file in load_parquet_files(store) if file.place != place]
+    files = [file for file in parquet_files.load_parquet_files(store) if file.place != place]
     if not files and (place == IN_DATABASE or not any(_batches(store))):
         return 0
     run_id = start_run(store, "move", {"to": place})
@@ -139,10 +119,10 @@ def move_motions(store: Store, to: str, progress: Progress | None = None) -> int
 
 def check_place(store: Store, place: str) -> None:
     """PlaceError if a file that the database relies on is missing in the place to move to."""
-    for file in load_parquet_files(store):
+    for file in parquet_files.load_parquet_files(store):
         if file.place == place:
-            with told(file.path, advice(store, file)):
-                find_file(place, file.name)
+            with told(file.path, parquet_files.advice(store, file)):
+                locations.find_file(place, file.name)
 
 
 def _batches(store: Store) -> Iterator[tuple[str, _Batch]]:
@@ -185,7 +165,7 @@ def _move_out(store: Store, kind: str, batch: _Batch, where: str) -> None:
             file = ParquetFile(number, where, name, len(whole), hashlib.sha256(whole).hexdigest())
             for table in KINDS[kind]:
                 _note_parts(store, table, batch, file, whole)
-        connection.execute("INSERT INTO parquet_file VALUES (?, ?, ?, ?, ?)", [*astuple(file)])
+        connection.insert_row("parquet_file", *astuple(file))
         _put(file, draft)
 
 
@@ -193,17 +173,17 @@ def _move_out(store: Store, kind: str, batch: _Batch, where: str) -> None:
 def _noted(store: Store, place: str, name: str) -> Iterator[None]:
     """Note a file before it is written: if a kill leaves it, it is told as one not needed."""
     path = f"{place}/{name}"
-    note_unused(store, path)
+    parquet_files.note_unused(store, path)
     try:
         yield
     except BaseException:
         with suppress(Exception):  # the first error is the cause
             try:
-                find_file(place, name)
+                locations.find_file(place, name)
             except FileNotFoundError:
-                end_note(store, path)
+                parquet_files.end_note(store, path)
         raise
-    end_note(store, path)
+    parquet_files.end_note(store, path)
 
 
 @contextmanager
@@ -221,11 +201,11 @@ def _draft_beside(store: Store) -> Iterator[Path]:
 
 def _put(file: ParquetFile, draft: Path) -> None:
     """Copy a file to its place and compare what stands there."""
-    place = open_place(file.place)
+    place = locations.open_place(file.place)
     try:
         with told(file.path, _ROOM):
             place.write(file.name, draft)
-            found = digest_of(place, file.name)
+            found = locations.digest_of(place, file.name)
         if found != file.sha256:
             raise StoreError(
                 f"{file.path}: expected the bytes that were copied there, found others. {_ROOM}"
@@ -233,7 +213,7 @@ def _put(file: ParquetFile, draft: Path) -> None:
     except BaseException:
         with suppress(Exception):  # the first error is the cause
             # a whole file stays: another process may have put it there, for a copy of the database
-            if digest_of(place, file.name) != file.sha256:
+            if locations.digest_of(place, file.name) != file.sha256:
                 place.delete(file.name)
         raise
 
@@ -349,8 +329,8 @@ def _move_file(store: Store, file: ParquetFile, where: str) -> tuple[set[int], d
         )
         if is_there:  # the former path may be another name of the same file
             return set(), {}
-        note_unused(store, file.path)
-    return {number for number, *_ in load_captures_in(store, file)}, {}
+        parquet_files.note_unused(store, file.path)
+    return {number for number, *_ in parquet_files.load_captures_in(store, file)}, {}
 
 
 def _bring_back(store: Store, file: ParquetFile, draft: Path) -> tuple[set[int], dict[int, str]]:
@@ -360,8 +340,8 @@ def _bring_back(store: Store, file: ParquetFile, draft: Path) -> tuple[set[int],
     """
     batch, damaged = list[tuple[int, str]](), dict[int, str]()
     with transaction(store), draft.open("rb") as opened:
-        for number, sha256, name, parts in load_captures_in(store, file):
-            if all(is_whole(_read_value(opened, at), at) for at in parts):
+        for number, sha256, name, parts in parquet_files.load_captures_in(store, file):
+            if all(parquet_files.is_whole(_read_value(opened, at), at) for at in parts):
                 batch.append((number, sha256))
             else:
                 damaged[number] = name
@@ -369,7 +349,7 @@ def _bring_back(store: Store, file: ParquetFile, draft: Path) -> tuple[set[int],
             for table in KINDS[file.kind]:
                 _bring_values(store, table, batch, file, opened)
         if not damaged:
-            forget(store, file)
+            parquet_files.forget(store, file)
     return {number for number, _ in batch}, damaged
 
 
@@ -408,8 +388,11 @@ def _read_value(opened: BinaryIO, at: Part) -> bytes:
 
 def _fetch(store: Store, file: ParquetFile, draft: Path) -> str:
     """Copy a file to this machine; its digest."""
-    counted, pieces = hashlib.sha256(), read_pieces(open_place(file.place), file.name)
-    hint = advice(store, file)
+    counted, pieces = (
+        hashlib.sha256(),
+        locations.read_pieces(locations.open_place(file.place), file.name),
+    )
+    hint = parquet_files.advice(store, file)
     with draft.open("xb") as written:
         while True:
             with told(file.path, hint):  # errors of the place; the draft's are others
@@ -427,11 +410,11 @@ def _is_copy(store: Store, file: ParquetFile) -> bool:
     """
     with told(file.path, _ROOM):
         try:
-            found = digest_of(open_place(file.place), file.name)
+            found = locations.digest_of(locations.open_place(file.place), file.name)
         except FileNotFoundError:
             return False
-        if found != file.sha256 and file.path in untold_files(store):
-            open_place(file.place).delete(file.name)
+        if found != file.sha256 and file.path in parquet_files.untold_files(store):
+            locations.open_place(file.place).delete(file.name)
             return False
     if found != file.sha256:
         raise StoreError(

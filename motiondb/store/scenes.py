@@ -105,19 +105,17 @@ def save_scene(store: Store, scene: StoredScene, run_id: int) -> None:
     with transaction(store) as connection:
         _remove(store, scene.name)
         number = connection.value("SELECT coalesce(max(scene_id), 0) + 1 FROM scene")
-        connection.execute(
-            "INSERT INTO scene VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
-            [
-                number,
-                scene.name,
-                scene.diagram,
-                scene.grammar,
-                json.dumps(dict(scene.settings), sort_keys=True),
-                scene.error,
-                json.dumps(dict(scene.report), sort_keys=True),
-                scene.n_frames,
-                run_id,
-            ],
+        connection.insert_row(
+            "scene",
+            number,
+            scene.name,
+            scene.diagram,
+            scene.grammar,
+            json.dumps(dict(scene.settings), sort_keys=True),
+            scene.error,
+            json.dumps(dict(scene.report), sort_keys=True),
+            scene.n_frames,
+            run_id,
         )
         for ordinal, player in enumerate(scene.players):
             _insert_player(store, number, ordinal, player, run_id)
@@ -138,19 +136,17 @@ def _insert_player(
     store: Store, number: int, ordinal: int, player: ScenePlayer, run_id: int
 ) -> None:
     connection = store.connection
-    connection.execute(
-        "INSERT INTO scene_player VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
-        [
-            number,
-            ordinal,
-            player.name,
-            player.team,
-            list(player.rules),
-            *player.origin,
-            player.delay,
-            player.capture_id,
-            run_id,
-        ],
+    connection.insert_row(
+        "scene_player",
+        number,
+        ordinal,
+        player.name,
+        player.team,
+        list(player.rules),
+        *player.origin,
+        player.delay,
+        player.capture_id,
+        run_id,
     )
     clips = player.clips
     connection.insert(

@@ -188,7 +188,7 @@ def test_a_command_is_run_by_an_app_that_has_it_alone() -> None:
         "import sys; from motiondb.cli.main import make_app; make_app('list'); print(*sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "motiondb.cli.listing" in done.stdout.split()
+    assert "motiondb.cli.archive" in done.stdout.split()
     assert "motiondb.cli.search" not in done.stdout.split()
 
 

@@ -137,7 +137,7 @@ def test_other_bytes_than_were_written_are_refused(
     filled: store.Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     before = content(filled)
-    monkeypatch.setattr(moving, "digest_of", lambda *_: "0")
+    monkeypatch.setattr(places, "digest_of", lambda *_: "0")
     with pytest.raises(StoreError, match="expected the bytes that were copied there, found others"):
         store.move_motions(filled, str(tmp_path / "out"))
     assert list((tmp_path / "out").iterdir()) == []

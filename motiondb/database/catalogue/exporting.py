@@ -15,7 +15,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -54,9 +53,6 @@ from motiondb.records import (
     Match,
     Motion,
 )
-
-if TYPE_CHECKING:
-    from motiondb.database.session import Session
 
 _UNUSUAL = re.compile(r"[^\w.-]+")  # Characters that names of files of matches do not have
 GLTF = (".glb", ".gltf")

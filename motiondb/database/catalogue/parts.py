@@ -14,7 +14,7 @@ from motiondb.database.session import Session
 from motiondb.errors import QueryError
 from motiondb.files.bvh_writer import write_bvh
 from motiondb.files.gltf_writer import write_gltf
-from motiondb.files.safe_files import check_output
+from motiondb.files.safe_files import check_output, is_file
 from motiondb.records import MOTION_FPS, Clip, Motion
 
 if TYPE_CHECKING:
@@ -130,7 +130,6 @@ def load_example(
     from motiondb.body.features import FEATURE_STEP
     from motiondb.body.retarget import to_motion
     from motiondb.files.formats import read_capture, split_take
-    from motiondb.files.safe_files import is_file
 
     if isinstance(example, Motion):
         motion = example

@@ -29,6 +29,7 @@ from motiondb.errors import MotionDBError
 from motiondb.files.limits import MAX_FPS, MIN_FPS
 from motiondb.files.own_files import PROVENANCE, provenance_path
 from motiondb.files.rigs import JointProposal, propose_joints
+from motiondb.page import state
 from motiondb.page.errors import ERRORS, PageError
 from motiondb.page.motion import (
     MEDIA_TYPE,
@@ -41,17 +42,7 @@ from motiondb.page.motion import (
     points_of,
 )
 from motiondb.page.routes.parameters import LONGEST_TEXT, Body, End, Part, RefText, Start, Text
-from motiondb.page.state import (
-    Moment,
-    Page,
-    Ref,
-    find_kept,
-    find_row,
-    load_motion,
-    load_scene,
-    made_scene,
-    read_ref,
-)
+from motiondb.page.state import Page
 from motiondb.page.uploads import UploadReply
 from motiondb.records import MOTION_FPS, Caption, CaptureInfo
 from motiondb.store import load_motion as load_stored
@@ -137,14 +128,14 @@ def router(page: Page) -> APIRouter:
     @routes.get("/api/joints")
     def joints(ref: RefText) -> JointProposal:
         """Which joints of an uploaded skeleton have which roles; proposed for unknown names."""
-        return propose_joints(_uploaded(page, ref), name=read_ref(ref).name)
+        return propose_joints(_uploaded(page, ref), name=state.read_ref(ref).name)
 
     return routes
 
 
 def _uploaded(page: Page, text: str) -> Path:
     """Return the path of an uploaded file."""
-    ref = read_ref(text)
+    ref = state.read_ref(text)
     upload_id, _, file = ref.name.partition("/")
     if ref.kind != "upload" or not file:
         raise PageError(f"{ref}: expected an uploaded file, found something else. Upload it.")
@@ -163,7 +154,8 @@ def download(page: Page, asked: DownloadBody) -> Response:
     with tempfile.TemporaryDirectory(dir=page.folder) as place:
         folder = Path(place)
         targets = [
-            (part, read_ref(part.ref), folder / f"{n:04d}") for n, part in enumerate(asked.items)
+            (part, state.read_ref(part.ref), folder / f"{n:04d}")
+            for n, part in enumerate(asked.items)
         ]
         for _, ref, target in targets:
             target.mkdir()
@@ -203,7 +195,7 @@ def download(page: Page, asked: DownloadBody) -> Response:
 
 def _licences(db: MotionDB, items: Sequence[Part]) -> str:
     """Return a line for each stored capture of a download: its name and its licence."""
-    refs = [read_ref(part.ref) for part in items]
+    refs = [state.read_ref(part.ref) for part in items]
     names = dict.fromkeys(ref.name for ref in refs if ref.kind == "capture")
     rows = [row for name in names if (row := db.captures.browsed(name)) is not None]
     return "".join(
@@ -240,14 +232,14 @@ def _write(
     changes: MotionChanges,
 ) -> None:
     """Write one part into a folder."""
-    ref, ending = read_ref(part.ref), asked.format
+    ref, ending = state.read_ref(part.ref), asked.format
     if ending == "source":
         _write_source(db, ref, part, folder)
         return
     path = folder / f"{_stem(page, ref, part)}.{ending}"
     whole = part.start is None and part.end is None
     if ref.kind == "capture":
-        find_row(db, ref.name)
+        state.find_row(db, ref.name)
         db.export(ref.name, path, part.start, part.end, asked.canonical, changes)
     elif ref.kind == "made" and whole:
         page.made.get(ref.name).generated.write(path, changes)
@@ -255,26 +247,26 @@ def _write(
         kept = page.sequences.get(ref.name)
         db.grammars.write(kept.sequence, path, kept.seed)
     elif ref.kind == "kept":
-        record = find_kept(db, ref.name)
+        record = state.find_kept(db, ref.name)
         for player in db.scenes.motions(record):  # raises if a capture of the scene was removed
             name = f"{ref.name}/{player}"
             db.export(name, folder / f"{plain_name(player)}.{ending}", canonical=True)
     else:
-        write_motion(load_motion(page, db, ref, part.start, part.end), path, changes)
+        write_motion(state.load_motion(page, db, ref, part.start, part.end), path, changes)
 
 
-def _write_source(db: MotionDB, ref: Ref, part: Part, folder: Path) -> None:
+def _write_source(db: MotionDB, ref: state.Ref, part: Part, folder: Path) -> None:
     if ref.kind != "capture" or part.start is not None or part.end is not None:
         raise PageError(
             f"{ref}: expected a whole stored capture for its source file, found something else."
             " Choose BVH or glTF."
         )
-    row = find_row(db, ref.name)
+    row = state.find_row(db, ref.name)
     ending = Path(row.info.path).suffix.lower() or f".{row.info.format}"
     db.export(ref.name, folder / f"{plain_name(ref.name)}.{plain_name(ending)}")
 
 
-def _stem(page: Page, ref: Ref, part: Part) -> str:
+def _stem(page: Page, ref: state.Ref, part: Part) -> str:
     """Return a name that says what is in a file: the sentence, the grammar, the capture."""
     stem = plain_name(ref.name)
     if ref.kind == "made":
@@ -333,7 +325,7 @@ def motion_router(page: Page) -> APIRouter:
     ) -> Response:
         """A motion, or a scene with several tracks, as compact binary."""
         if start is None and end is None and fps == MOTION_FPS:
-            made = made_scene(page, read_ref(ref))
+            made = state.made_scene(page, state.read_ref(ref))
             if made is not None:  # as the job wrote it, without opening the database
                 return Response(made, media_type=MEDIA_TYPE)
         with page.reading() as db:
@@ -374,10 +366,10 @@ def motion_router(page: Page) -> APIRouter:
 
 def tracks_of(page: Page, db: MotionDB, part: Part, fps: float) -> list[Track]:
     """Return the tracks of a part; those of a scene include the ball."""
-    ref = read_ref(part.ref)
+    ref = state.read_ref(part.ref)
     if ref.kind in ("scene", "first", "kept"):
-        return load_scene(page, db, ref, part.start, part.end, fps)
-    loaded = load_motion(page, db, ref, part.start, part.end)
+        return state.load_scene(page, db, ref, part.start, part.end, fps)
+    loaded = state.load_motion(page, db, ref, part.start, part.end)
     first = round((part.start or 0.0) * MOTION_FPS / FEATURE_STEP) * FEATURE_STEP / MOTION_FPS
     return [body_track(ref.name, part.ref, loaded, first, fps)]
 
@@ -420,7 +412,7 @@ def wall_of(page: Page, db: MotionDB, count: int) -> list[WallTile]:
     ]
 
 
-def _unlike(moments: Sequence[Moment], count: int) -> list[int]:
+def _unlike(moments: Sequence[state.Moment], count: int) -> list[int]:
     """Return which moments to show: those that move first, unlike the others above all in pose.
 
     Beginning with the fastest, the next is the one of the largest speed times distance to the
@@ -444,7 +436,7 @@ def _said(captions: Sequence[Caption], time: float) -> str:
     return next((caption.words for caption in (*timed, *whole)), "")
 
 
-def _moment(page: Page, db: MotionDB, info: CaptureInfo) -> Moment | None:
+def _moment(page: Page, db: MotionDB, info: CaptureInfo) -> state.Moment | None:
     """Return the moment of a capture, which is looked for in its first minute, and kept.
 
     None without a body.
@@ -460,12 +452,12 @@ def _moment(page: Page, db: MotionDB, info: CaptureInfo) -> Moment | None:
         looked = cut_motion(motion, None, SEARCHED)
         best = best_moment(points_of(looked), round(THUMB_SECONDS * MOTION_FPS))
         start, stop, at = (round(n / MOTION_FPS, 3) for n in (best.first, best.stop, best.pose))
-        page.moments[key] = Moment(start, stop, at, best.speed, best.shape)
+        page.moments[key] = state.Moment(start, stop, at, best.speed, best.shape)
     return page.moments[key]
 
 
 def _thumb(page: Page, db: MotionDB, name: str) -> Track:
-    ref = str(Ref("capture", name))
+    ref = str(state.Ref("capture", name))
     row = db.captures.browsed(name)
     at = None if row is None else _moment(page, db, row.info)
     if row is None or at is None:

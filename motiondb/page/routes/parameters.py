@@ -15,9 +15,7 @@ LARGEST_SEED = 2**63 - 1  # Largest integer of 64 bits
 Start = Annotated[
     float | None, Query(ge=0.0, le=MOST_SECONDS, allow_inf_nan=False, description="Seconds.")
 ]
-End = Annotated[
-    float | None, Query(ge=0.0, le=MOST_SECONDS, allow_inf_nan=False, description="Seconds.")
-]
+End = Start
 Where = Annotated[
     str, Query(max_length=20_000, description="Filter, such as performer in (14, 16).")
 ]

@@ -61,24 +61,33 @@ def add_captions(connection: Connection, captions: Mapping[int, Sequence[Caption
     )
 
 
-def _some(captures: Iterable[int] | None) -> str:
-    """The condition that rows are of some captures, whose numbers are the first parameter."""
-    return "" if captures is None else "WHERE capture_id IN (SELECT unnest($1))"
+def _of_captures(
+    store: Store, columns: str, table: str, captures: Iterable[int] | None, order: str
+) -> dict[int, list[Any]]:
+    """The rows of a table that belong to some captures, by their numbers, or to all."""
+    some = "" if captures is None else "WHERE capture_id IN (SELECT unnest($1))"
+    rows = store.connection.execute(
+        f"SELECT capture_id, {columns} FROM {table} {some} ORDER BY capture_id, {order}",
+        [] if captures is None else [list(captures)],
+    ).fetchall()
+    found: dict[int, list[Any]] = {}
+    for number, *row in rows:
+        found.setdefault(number, []).append(row)
+    return found
+
+
+def load_tags(store: Store, captures: Iterable[int] | None = None) -> dict[int, dict[str, str]]:
+    """Load the tags of some captures, by their numbers, or of all that have any."""
+    rows = _of_captures(store, "key, value", "capture_tag", captures, "key")
+    return {number: dict(of_one) for number, of_one in rows.items()}
 
 
 def load_captions(
     store: Store, captures: Iterable[int] | None = None
 ) -> dict[int, tuple[Caption, ...]]:
     """Load the captions of some captures, by their numbers, or of all."""
-    rows = store.connection.execute(
-        "SELECT capture_id, words, start_s, end_s FROM caption "
-        f"{_some(captures)} ORDER BY capture_id, ordinal",
-        [] if captures is None else [list(captures)],
-    ).fetchall()
-    captions: dict[int, list[Caption]] = {}
-    for number, words, start, end in rows:
-        captions.setdefault(number, []).append(Caption(words, start, end))
-    return {number: tuple(of_one) for number, of_one in captions.items()}
+    rows = _of_captures(store, "words, start_s, end_s", "caption", captures, "ordinal")
+    return {n: tuple(Caption(*each) for each in of_one) for n, of_one in rows.items()}
 
 
 def load_texts(store: Store) -> dict[str, int]:
@@ -126,14 +135,9 @@ def load_events(
     store: Store, captures: Iterable[int] | None = None
 ) -> dict[int, tuple[Event, ...]]:
     """Load the events of some captures, by their numbers, or of all."""
-    rows = store.connection.execute(
-        f"SELECT capture_id, frame, name, joint, other FROM event {_some(captures)} ORDER BY ALL",
-        [] if captures is None else [list(captures)],
-    ).fetchall()
-    events: dict[int, list[Event]] = {}
-    for number, *event in rows:
-        events.setdefault(number, []).append(Event(*event))
-    return {number: tuple(of_one) for number, of_one in events.items()}
+    columns = "frame, name, joint, other"
+    rows = _of_captures(store, columns, "event", captures, columns)
+    return {n: tuple(Event(*each) for each in of_one) for n, of_one in rows.items()}
 
 
 def save_relations(store: Store, relations: Iterable[Relation]) -> None:
@@ -169,85 +173,60 @@ def load_relations(store: Store, capture: str | None = None) -> list[Relation]:
     return [Relation(*row) for row in rows]
 
 
-_COLUMNS = (
-    "kind",
-    "family",
-    "start_s",
-    "end_s",
-    "measure",
-    "unit",
-    "threshold",
-    "part",
-    "sentence",
-    "place",
-    "boxes",
-)  # Of a finding, in the order of the record's fields
-
-
 def save_quality(store: Store, found: Mapping[int, Quality], run_id: int) -> None:
     """Save what some captures lack, by their numbers, in place of what was saved of them."""
     with transaction(store) as connection:
         for number, quality in found.items():
             for table in ("finding", "capture_quality"):
                 connection.execute(f"DELETE FROM {table} WHERE capture_id = ?", [number])
-            connection.execute(
-                "INSERT INTO capture_quality VALUES (?, ?, ?, ?, ?, ?)",
-                [
-                    number,
-                    quality.seconds.tolist(),
-                    list(quality.untold),
-                    quality.floor,
-                    list(chain.from_iterable(quality.flights)),
-                    run_id,
-                ],
+            connection.insert_row(
+                "capture_quality",
+                number,
+                quality.seconds.tolist(),
+                list(quality.untold),
+                quality.floor,
+                list(chain.from_iterable(quality.flights)),
+                run_id,
             )
             for ordinal, finding in enumerate(quality.findings):
                 *values, place, boxes = vars(finding).values()
-                connection.execute(
-                    f"INSERT INTO finding VALUES ({', '.join('?' * 14)})",
-                    [
-                        number,
-                        ordinal,
-                        *values,
-                        None if place is None else list(place),
-                        [number for box in boxes for number in (*box.centre, *box.size)],
-                        run_id,
-                    ],
+                connection.insert_row(
+                    "finding",
+                    number,
+                    ordinal,
+                    *values,
+                    None if place is None else list(place),
+                    [number for box in boxes for number in (*box.centre, *box.size)],
+                    run_id,
                 )
 
 
 def load_quality(store: Store, captures: Iterable[int] | None = None) -> dict[int, Quality]:
     """Load what some captures lack, by their numbers, or all of which it is known."""
-    some = "" if captures is None else "WHERE capture_id IN (SELECT unnest($1))"
-    chosen = [] if captures is None else [list(captures)]
-    found: dict[int, list[Finding]] = {}
-    for number, *values, place, boxes in store.connection.execute(
-        f"SELECT capture_id, {', '.join(_COLUMNS)} FROM finding {some} "
-        "ORDER BY capture_id, ordinal",
-        chosen,
-    ).fetchall():
-        at = None if place is None else tuple(place)
-        things = tuple(
-            Box(tuple(boxes[k : k + 3]), tuple(boxes[k + 3 : k + 6]))
-            for k in range(0, len(boxes), 6)
-        )
-        fields: list[Any] = [*values, at, things]
-        found.setdefault(number, []).append(Finding(*fields))
-    rows = store.connection.execute(
-        f"SELECT capture_id, seconds, untold, floor, flights FROM capture_quality {some} "
-        "ORDER BY capture_id",
-        chosen,
-    ).fetchall()
+    some = None if captures is None else list(captures)
+    columns = "* EXCLUDE (capture_id, ordinal, run_id)"  # those of a finding, in its order
+    findings = _of_captures(store, columns, "finding", some, "ordinal")
+    rows = _of_captures(store, "seconds, untold, floor, flights", "capture_quality", some, "run_id")
     return {
         number: Quality(
-            tuple(found.get(number, ())),
+            tuple(map(_to_finding, findings.get(number, ()))),
             tuple(untold),
             np.array(seconds),
             floor,
             tuple(zip(flights[::2], flights[1::2])),
         )
-        for number, seconds, untold, floor, flights in rows
+        for number, [(seconds, untold, floor, flights)] in rows.items()
     }
+
+
+def _to_finding(row: Sequence[Any]) -> Finding:
+    """A finding of its columns; a box is six numbers, of its centre and its size."""
+    *values, place, numbers = row
+    boxes = (numbers[k : k + 6] for k in range(0, len(numbers), 6))
+    at = None if place is None else tuple(place)
+    things = tuple(Box(tuple(box[:3]), tuple(box[3:])) for box in boxes)
+    fields: list[Any] = [*values, at, things]
+    return Finding(*fields)
 
 
 UNMEASURED: Mapping[str, Sequence[str]] = dict.fromkeys(MEASURED.values(), ())

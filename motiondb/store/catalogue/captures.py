@@ -39,9 +39,10 @@ from motiondb.store.catalogue.annotations import (
     add_tags,
     load_captions,
     load_measured,
+    load_tags,
 )
-from motiondb.store.catalogue.edits import OWN_TABLES, put_in_trash
 from motiondb.store.catalogue.parquet_files import load_part
+from motiondb.store.catalogue.runs import OWN_TABLES, put_in_trash
 from motiondb.store.catalogue.where import (
     COLUMNS,
     NOTHING,
@@ -181,10 +182,7 @@ def rename_capture(store: Store, capture_id: int, name: str) -> None:
 def load_captures(store: Store, where: str | Sequence[Filter] = "") -> list[CaptureInfo]:
     """Load the captures that satisfy a filter (text or parsed), in order of number."""
     filters = parse_where(where) if isinstance(where, str) else where
-    tags: dict[int, dict[str, str]] = {}
-    query = "SELECT capture_id, key, value FROM capture_tag ORDER BY capture_id, key"
-    for number, key, value in store.connection.execute(query).fetchall():
-        tags.setdefault(number, {})[key] = value
+    tags = load_tags(store)
     filters = with_columns(filters, {key for of_one in tags.values() for key in of_one})
     rows = store.connection.execute(f"{_INFO} ORDER BY capture_id").fetchall()
     infos = [_to_info(row, tags.get(row[0], {})) for row in rows]
@@ -247,15 +245,8 @@ def load_named(store: Store, names: Sequence[str], *, or_file: bool = False) -> 
     rows = store.connection.execute(
         f"{_INFO} WHERE name IN (SELECT unnest($names))", {"names": whole}
     ).fetchall()
-    tags: dict[int, dict[str, str]] = {row[0]: {} for row in rows}
-    query = (
-        "SELECT capture_id, key, value FROM capture_tag "
-        "WHERE capture_id IN (SELECT unnest($numbers)) ORDER BY key"
-    )
-    for number, key, value in store.connection.execute(query, {"numbers": [*tags]}).fetchall():
-        tags[number][key] = value
-    infos = [_to_info(row, tags[row[0]]) for row in rows]
-    by_name = {info.name: info for info in infos}
+    tags = load_tags(store, [row[0] for row in rows])
+    by_name = {row[1]: _to_info(row, tags.get(row[0], {})) for row in rows}
     return [by_name[name] for name in whole]
 
 

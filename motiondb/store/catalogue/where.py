@@ -27,27 +27,15 @@ from __future__ import annotations
 import operator
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any, TypeAlias
 
 from motiondb.errors import QueryError, suggestion
 from motiondb.records import CaptureInfo
 from motiondb.store.catalogue.selections import SELECTION, read_selections
 
-COLUMNS = (
-    "capture_id",
-    "name",
-    "sha256",
-    "format",
-    "kind",
-    "fps",
-    "n_frames",
-    "duration",
-    "motion_frames",
-    "leg_length",
-    "path",
-    "run_id",
-)  # Columns of the catalogue that a filter can name. They override tags of the same name
+COLUMNS = tuple(each.name for each in fields(CaptureInfo) if each.name not in ("tags", "notes"))
+"""Columns of the catalogue that a filter can name. They override tags of the same name."""
 CAPTION = "caption"
 """Name that stands for the captions in a filter. It overrides a tag of the same name."""
 HEADS = {"capture": "name", "length": "duration", "words": CAPTION, "frames": "n_frames"}

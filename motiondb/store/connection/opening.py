@@ -32,23 +32,7 @@ from typing import Any
 import duckdb
 
 from motiondb.errors import HeldError, StoreError
-from motiondb.files.safe_files import (
-    COPY,
-    LOGS,
-    WAITS,
-    beside,
-    check_file_name,
-    count_names,
-    delete_all,
-    draft_stem,
-    is_duckdb,
-    is_running,
-    link_target,
-    log_of,
-    plain_name,
-    sweep_drafts,
-    whole_file,
-)
+from motiondb.files import safe_files
 from motiondb.files.text import cut
 from motiondb.store.connection import migrations
 from motiondb.store.connection.faults import OtherModeError, first_sentence, is_damage
@@ -84,8 +68,8 @@ def open_store(
     up to date in memory.
     """
     path = Path(path)
-    check_file_name(path)
-    path = link_target(path)  # so that there is one log, and one draft, by whatever name
+    safe_files.check_file_name(path)
+    path = safe_files.link_target(path)  # so that there is one log, and one draft, by whatever name
     if not path.exists() or (path.is_file() and path.stat().st_size == 0):
         if read_only or not create:
             actual = "an empty file" if path.exists() else "no such file"
@@ -94,7 +78,7 @@ def open_store(
                 f"Make one: motiondb add FOLDER --db {path}."
             )
         _create(path)
-    names = count_names(path)
+    names = safe_files.count_names(path)
     if names > 1 and not read_only:
         raise StoreError(
             f"{path}: expected a database with one name, found a file with {names} (hard links), "
@@ -133,11 +117,15 @@ def _connect_current(
             )
         if is_others:
             return connection
-        sweep_drafts(path.parent, re.escape(draft_stem(path)))
+        safe_files.sweep_drafts(path.parent, re.escape(safe_files.draft_stem(path)))
         if not read_only:
             _limit_joining(connection, path)
-            for left in path.parent.glob(f"{glob.escape(beside(path, COPY).name)}*"):
-                delete_all(left)  # a copy of a killed ``compact``; none can run beside a writer
+            for left in path.parent.glob(
+                f"{glob.escape(safe_files.beside(path, safe_files.COPY).name)}*"
+            ):
+                safe_files.delete_all(
+                    left
+                )  # a copy of a killed ``compact``; none can run beside a writer
             _sweep_spilled(path)
             somebody_waits(path)  # removes the note of a process that was killed while it waited
     except duckdb.Error as error:
@@ -154,7 +142,7 @@ def _in_memory(path: Path, version: int) -> duckdb.DuckDBPyConnection:
     connection = duckdb.connect(":memory:", config=_CONFIG)
     try:
         connection.execute(f"SET temp_directory = '{_quoted(tempfile.gettempdir())}'")
-        connection.execute(f"ATTACH '{_quoted(plain_name(path))}' AS older (READ_ONLY)")
+        connection.execute(f"ATTACH '{_quoted(safe_files.plain_name(path))}' AS older (READ_ONLY)")
         connection.execute("COPY FROM DATABASE older TO memory")
         connection.execute("DETACH older")
         connection.execute("SET enable_external_access = false")
@@ -209,10 +197,10 @@ def _create(path: Path) -> None:
             f"{path}: expected the folder {path.parent}, found none. Make the folder first."
         )
     try:
-        with whole_file(path) as new:
-            with duckdb.connect(plain_name(new), config=_CONFIG) as connection:
+        with safe_files.whole_file(path) as new:
+            with duckdb.connect(safe_files.plain_name(new), config=_CONFIG) as connection:
                 migrations.migrate(connection, 0)
-            if log_of(new).exists():
+            if safe_files.log_of(new).exists():
                 raise OSError("too little room on the disk.")
             if path.exists() and path.stat().st_size:
                 raise FileExistsError
@@ -231,23 +219,27 @@ def _sweep_spilled(path: Path) -> None:
     folder = path.with_name(path.name + SPILLED)
     for left in folder.glob("duckdb_temp_*"):
         owner = re.match(r"duckdb_temp_(\d+)_", left.name)
-        if owner is not None and not is_running(int(owner[1])):
-            delete_all(left)
+        if owner is not None and not safe_files.is_running(int(owner[1])):
+            safe_files.delete_all(left)
     with suppress(OSError):  # there is none, or it holds something else
         folder.rmdir()
 
 
 def connect(path: Path, read_only: bool, wait: float = 0.0) -> duckdb.DuckDBPyConnection:
     """A connection of DuckDB, whatever is in the file."""
-    check_file_name(path)  # the folder may have been closed since
+    safe_files.check_file_name(path)  # the folder may have been closed since
     if not (path.is_file() or path.is_dir()):  # DuckDB would make one, or wait for a pipe
         actual = "neither a file nor a folder" if path.exists() else "no such file"
         raise StoreError(
             f"{path}: expected a database of motiondb, found {actual}. Name another file with --db."
         )
-    for ending in (*LOGS, SPILLED):  # DuckDB would write through a link, or delete it
+    for ending in (*safe_files.LOGS, SPILLED):  # DuckDB would write through a link, or delete it
         if (found := path.with_name(path.name + ending)).is_symlink():
-            what = "its log {} as a file" if ending in LOGS else "{} as a folder of DuckDB's own"
+            what = (
+                "its log {} as a file"
+                if ending in safe_files.LOGS
+                else "{} as a folder of DuckDB's own"
+            )
             raise StoreError(
                 f"{path}: expected {what.format(found.name)}, found a link. Put what it stands "
                 "for in its place."
@@ -256,7 +248,9 @@ def connect(path: Path, read_only: bool, wait: float = 0.0) -> duckdb.DuckDBPyCo
     with ExitStack() as waiting:
         while True:
             try:
-                connection = duckdb.connect(plain_name(path), read_only=read_only, config=_CONFIG)
+                connection = duckdb.connect(
+                    safe_files.plain_name(path), read_only=read_only, config=_CONFIG
+                )
                 break
             except duckdb.Error as error:
                 left = deadline - time.monotonic()
@@ -321,7 +315,7 @@ def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
             f"{path}: expected a database that this user may open, found: permission denied. "
             "Get the right to read it, and to write it and its folder for commands that change it."
         )
-    is_other = path.is_file() and os.access(path, os.R_OK) and not is_duckdb(path)
+    is_other = path.is_file() and os.access(path, os.R_OK) and not safe_files.is_duckdb(path)
     if "not a valid DuckDB" in text or "Is a directory" in text or is_other:
         actual = "a folder" if path.is_dir() else "another kind of file"
         return (
@@ -329,9 +323,9 @@ def _unreadable(path: Path, error: duckdb.Error, wait: float = 0.0) -> str:
         )
     if "WAL does not match" in text or "This WAL was created" in text:
         return (
-            f"{path}: expected its log {log_of(path).name} to fit it, found one of another database"
-            " or of a former state of this one. Move the log to another folder, where its own "
-            "database can find it, and open the file again."
+            f"{path}: expected its log {safe_files.log_of(path).name} to fit it, found one of "
+            "another database or of a former state of this one. Move the log to another folder, "
+            "where its own database can find it, and open the file again."
         )
     rescue = (
         f"if it is damaged, save what is readable (motiondb rescue {path} -o NEW.duckdb) or "
@@ -449,7 +443,7 @@ def somebody_waits(database: Path) -> bool:
 def _note(database: Path) -> Path:
     """Return the file by which waiting is announced, the same for all names of a database."""
     real = Path(os.path.realpath(database))
-    return beside(real, WAITS)
+    return safe_files.beside(real, safe_files.WAITS)
 
 
 def _lock(note: Path) -> int | None:

@@ -98,6 +98,10 @@ class Connection:
                     "schema/README.md lists tables and columns; other files are not read."
                 ) from None
 
+    def insert_row(self, table: str, *values: object) -> None:
+        """Append a row to a table; it has a value for every column, in their order."""
+        self.execute(f"INSERT INTO {table} VALUES ({', '.join('?' * len(values))})", list(values))
+
     def insert(self, table: str, **columns: Column) -> None:
         """Append rows to a table; a column that is one value has it in every row."""
         self._insert("INSERT", table, columns)
@@ -200,16 +204,14 @@ def columns_of(kind: type, records: Sequence[Any]) -> dict[str, list[Any]]:
     return {field.name: [getattr(r, field.name) for r in records] for field in fields(kind)}
 
 
-def from_rows(
-    column: NDArray[Any], shape: tuple[int, ...], dtype: type = np.float64
-) -> NDArray[Any]:
+def from_rows(column: NDArray[Any], shape: tuple[int, ...]) -> NDArray[np.float64]:
     """Make an array (rows, *shape) of a list column (rows,); the inverse of :func:`to_rows`."""
     if not len(column):
-        return np.zeros((0, *shape), dtype=dtype)
+        return np.zeros((0, *shape))
     filled = [
         np.ma.filled(numbers, np.nan) if np.ma.isMA(numbers) else numbers for numbers in column
     ]
-    return np.concatenate(filled).astype(dtype, copy=False).reshape(len(column), *shape)
+    return np.concatenate(filled).astype(np.float64, copy=False).reshape(len(column), *shape)
 
 
 def _as_column(values: Column, n: int) -> NDArray[Any]:

@@ -16,7 +16,7 @@ from rights import as_others
 
 from motiondb import store
 from motiondb.errors import StoreError
-from motiondb.files.safe_files import MARKING, beside
+from motiondb.files.safe_files import MARKING, beside, log_of
 from motiondb.store.connection import handle, opening
 
 _KILLED = """
@@ -92,7 +92,7 @@ def test_a_database_that_came_without_its_log_says_so(tmp_path: Path) -> None:
     store.open_store(moved).close()  # changes nothing, so that the log still fits
     with pytest.raises(StoreError, match=r"expected its log moved\.duckdb\.wal"):
         store.compact(moved)
-    shutil.copy(opening.log_of(path), opening.log_of(moved))
+    shutil.copy(log_of(path), log_of(moved))
     for file in (path, moved):
         store.open_store(file).close()  # brings the log in
         with store.open_store(file, read_only=True) as opened:
@@ -150,7 +150,7 @@ def test_there_is_a_log_from_the_first_change_on(tmp_path: Path) -> None:
         database._open_root().execute("CHECKPOINT")  # as DuckDB does after much data
         store.save_synonyms(database, {"dash": "run"})
         shutil.copy(path, tmp_path / "copy.duckdb")
-        assert opening.log_of(path).exists()
+        assert log_of(path).exists()
     with store.open_store(tmp_path / "copy.duckdb", read_only=True) as lacking:
         assert "expected its log copy.duckdb.wal beside it" in lacking.log_note
 
@@ -357,9 +357,9 @@ def test_a_log_that_does_not_fit_is_told_so(tmp_path: Path, is_former: bool) -> 
     path, other = tmp_path / "m.duckdb", tmp_path / "other.duckdb"
     for file in (path, other):
         kill_after_a_change(file)
-    log = opening.log_of(path if is_former else other).read_bytes()
+    log = log_of(path if is_former else other).read_bytes()
     store.open_store(path).close()  # brings the log in
-    opening.log_of(path).write_bytes(log)
+    log_of(path).write_bytes(log)
     for read_only in (True, False):
         with pytest.raises(StoreError) as error:
             store.open_store(path, read_only=read_only)

@@ -15,6 +15,7 @@ import pytest
 from motiondb import store
 from motiondb.database.checking import check_file
 from motiondb.errors import StoreError
+from motiondb.files.safe_files import log_of
 from motiondb.store import checks
 from motiondb.store.connection import migrations, opening
 
@@ -160,13 +161,13 @@ def test_an_older_file_of_somebody_else_is_read_with_its_log(
     path, copy = tmp_path / "m.duckdb", tmp_path / "copy.duckdb"
     with store.open_store(path) as database:
         store.save_synonyms(database, {"jog": "run"})
-        for file in (path, opening.log_of(path)):  # as a kill leaves them
+        for file in (path, log_of(path)):  # as a kill leaves them
             shutil.copy(file, tmp_path / file.name.replace("m.", "copy."))
     _add_a_version(monkeypatch, "CREATE TABLE later (x BIGINT);")
     with store.open_store(copy, read_only=True, is_others=True) as opened:
         assert store.load_synonyms(opened) == {"jog": "run"}
         assert not opened.lacked_log
-    opening.log_of(copy).unlink()
+    log_of(copy).unlink()
     with store.open_store(copy, read_only=True, is_others=True) as opened:
         assert opened.lacked_log
 
