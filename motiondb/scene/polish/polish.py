@@ -32,8 +32,9 @@ from motiondb.scene.polish.following import chase
 from motiondb.scene.polish.path_editing import COMFORT, Edited, Facing, edit_paths, overlaps
 from motiondb.scene.polish.placed import Placed, place_player
 from motiondb.scene.polish.splicing import Shelf, Spliced, show, splice, standing
+from motiondb.scene.thing.gaze import look
 from motiondb.scene.thing.thing_acts import thing_acts
-from motiondb.scene.thing.thing_flight import Ball, fly, look
+from motiondb.scene.thing.thing_flight import Ball, fly
 from motiondb.scene.timing.playing import Part, Playing, lead_in, lead_out
 from motiondb.scene.timing.scene_schedule import Scheduled, after_clips, scene_bound, schedule_scene
 from motiondb.scene.timing.scheduling import Meeting, TimeMap, edit_times

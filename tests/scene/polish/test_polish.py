@@ -22,7 +22,8 @@ from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish import polish as polishing
 from motiondb.scene.polish.polish import polish
 from motiondb.scene.report.scene_report import report_scene
-from motiondb.scene.thing.thing_flight import MOST_YAW, REACHING, follow, palms, reach
+from motiondb.scene.thing.gaze import MOST_YAW, follow
+from motiondb.scene.thing.thing_flight import REACHING, palms, reach
 from motiondb.scene.timing.scene_schedule import schedule_scene
 
 GRAMMAR = read_motion_grammar(
