@@ -165,6 +165,7 @@ def _check(reading: GrammarReading) -> None:
             advice = f"{name} has rules, so it is a nonterminal: name one of the two otherwise."
             reading.fail(token, "a terminal", advice)
     _check_probabilities(reading)
+    _refuse_endless_answers(reading)
     actions = set(reading.terminals)
     roles = {*ROLES, *reading.team}
     things = {reading.thing.name} if reading.thing else set()
@@ -178,7 +179,11 @@ def _check(reading: GrammarReading) -> None:
         ),
         "SYMBOL": ("a symbol of the grammar", lefts | actions, "Write its rules."),
         "NONTERMINAL": ("a nonterminal", lefts, "Write its rules."),
-        "TARGET": ("a place or a role", roles | places | things, "Declare it: 'place {0}'."),
+        "TARGET": (
+            " or ".join(["a place", "a role", *things]),
+            roles | places | things,
+            "Declare it: 'place {0}'.",
+        ),
         "PARTNER": ("a role", roles, "Declare it: 'role {0}'."),
         "ACTION": ("an action declared with ':='", actions, ""),
         "ROLE": ("a role", {*roles, PLAYER}, ""),
@@ -192,6 +197,7 @@ def _check(reading: GrammarReading) -> None:
             if token not in names:
                 near = suggestion(token, sorted(names)).strip()
                 advice = advice.format(token) or f"Declare {token} in a line of its own."
+                advice = f"{token} is a role: name what it does." if token in roles else advice
                 reading.fail(token, what, near or advice)
 
 
@@ -224,6 +230,25 @@ def _refuse_endless(grammar: Grammar, reading: GrammarReading) -> None:
             what, found = f"{left} to end in actions", "only rules that lead to what never ends"
             advice = f"Add an alternative of terminals, such as '| {EMPTY}'."
             reading.fail(reading.lines[left], what, advice, found)
+
+
+def _refuse_endless_answers(reading: GrammarReading) -> None:
+    """Refuse acts whose answers must be answered without end, as no scene can."""
+    ends: set[str] = set()
+    while more := {
+        act
+        for act in reading.terminals.keys() - ends
+        if all(ends.intersection(said.answers) for said in reading.answers if act in said.acts)
+    }:
+        ends |= more
+    for act, (_, token) in reading.terminals.items():
+        said = next((one.answers for one in reading.answers if act in one.acts), ())
+        if act not in ends and said:
+            found = f"that {act} is answered by {' or '.join(said)}, which is answered in turn"
+            advice = (
+                "An answer is the other player's: take it out, or allow one that needs no answer."
+            )
+            reading.fail(token, "answers that come to an end", advice, found)
 
 
 def _annotations(reading: GrammarReading) -> Iterable[Annotation]:

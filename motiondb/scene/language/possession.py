@@ -194,10 +194,6 @@ def _team_faults(diagram: Diagram, element: Element) -> Iterator[Fault]:
     if one.name == other.name:
         what, advice = "two players", f"{one.name} cannot do this to themselves."
         yield _fault(element, what, f"{one.name} twice", advice)
-    elif role == RECEIVER and one.team != other.team:
-        what = f"a receiver of the team of {one.name}"
-        actual = f"{other.name}, who plays against {one.name}"
-        yield _fault(element, what, actual, "Choose a team-mate.")
     elif role == OPPONENT and one.team == other.team != PLAYER:
         what, actual = f"an opponent of {one.name}", f"{other.name}, a team-mate"
         yield _fault(element, what, actual, "Name a player of the other team.")
