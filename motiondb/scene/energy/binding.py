@@ -30,7 +30,6 @@ from numpy.typing import NDArray
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.context_free import Tree
 from motiondb.records import IntArray
-from motiondb.scene.energy.tree_nodes import counts_elsewhere, nodes_of
 from motiondb.scene.language.activity import (
     GIVE,
     OPPONENT,
@@ -58,7 +57,12 @@ from motiondb.scene.language.expressions import (
     step_of,
     unlinked_orders,
 )
-from motiondb.scene.language.motion_grammar import Annotation, MotionGrammar
+from motiondb.scene.language.motion_grammar import (
+    Annotation,
+    MotionGrammar,
+    counts_elsewhere,
+    nodes_of,
+)
 from motiondb.scene.language.possession import lies_at
 from motiondb.scene.language.semantic_rules import (
     END,
@@ -232,12 +236,13 @@ class Binder:
 
     @cached_property
     def _auxiliary(self) -> tuple[tuple[DiagramRule, ...], ...]:
-        rules = auxiliary_rules(self.diagram, self.grammar)
-        away = [self._away(player) for player in range(len(self.names))]
-        return tuple(
-            tuple(r for r in rules if r.player == name and not (r.item in left and r.begins))
-            for name, left in zip(self.names, away, strict=True)
-        )
+        away = {name: self._away(player) for player, name in enumerate(self.names)}
+        rules = [
+            rule
+            for rule in auxiliary_rules(self.diagram, self.grammar)
+            if rule.rule.moment.name != START or rule.item not in away[rule.player]
+        ]
+        return tuple(tuple(r for r in rules if r.player == name) for name in self.names)
 
     def _away(self, player: int) -> set[int]:
         """Return the items that begin elsewhere than they are drawn, until a way ends at a point.
@@ -259,16 +264,15 @@ class Binder:
         here, step = item.way[0], self.diagram.elements[item.element].step
         asked = [set(self.grammar.rules_of(action, ())) for action in item.actions]
         for rule in set.intersection(*asked):
-            if isinstance(rule, DistanceRule) and math.isfinite(rule.far):
-                target = self._resolved(rule.target, _Stretch(player, 0, 1, number, rule))
-                if target is None:
-                    continue
-                whom = self.names[target[0]] if target[0] >= 0 else ""
-                spots = [place_at(whom, when) for when in (step - 1, step)] if whom else []
-                ends = [(spot.x, spot.z) for spot in spots] or [target[1:]]
-                apart = min(math.hypot(x - here.x, z - here.z) for x, z in ends)
-                if apart > rule.far + _FAR:
-                    return True
+            if not isinstance(rule, DistanceRule):
+                continue
+            target = self._resolved(rule.target, _Stretch(player, 0, 1, number, rule))
+            ends = [Spot(*target[1:])] if target else [here]
+            if target and target[0] >= 0:
+                ends = [place_at(self.names[target[0]], when) for when in (step - 1, step)]
+            apart = min(math.hypot(spot.x - here.x, spot.z - here.z) for spot in ends)
+            if apart > rule.far + _FAR:
+                return True
         return False
 
     def assignments(self, player: int, actions: tuple[str, ...]) -> tuple[Spans, ...]:
@@ -568,10 +572,9 @@ class Binder:
             of = [n for n, (first, last) in enumerate(string.spans) if first <= k < last]
             item = self.items[player][of[0]] if of else None
             element = self.diagram.elements[item.element] if item and item.element >= 0 else None
-            named = item.other if item else ""
-            drawn = self.diagram.faced(element) if element else ""
-            to = named or drawn or self.diagram.partner_of(self.names[player])
-            found.append((k, element.step if element else -1, self._number.get(to, -1)))
+            to = (item.other if item else "") or (self.diagram.faced(element) if element else "")
+            target = self._number.get(to or self.diagram.partner_of(self.names[player]), -1)
+            found.append((k, element.step if element else -1, target))
         return found
 
 

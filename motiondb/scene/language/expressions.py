@@ -150,11 +150,6 @@ class DiagramRule:
     # Index of the partner's item that a synchronisation rule refers to, or -1
     partner_item: int = -1
 
-    @property
-    def begins(self) -> bool:
-        """Whether it says where something begins."""
-        return isinstance(self.rule, PositionRule) and self.rule.moment.name == START
-
 
 def expressions(diagram: Diagram) -> dict[str, tuple[Item, ...]]:
     """Return the expression of every player.
@@ -203,9 +198,8 @@ def _items(diagram: Diagram, act: Act, holds: bool, place: Spot) -> list[Item]:
             repeated = True
         last = number == len(steps) - 1
         other, target = (element.other, element.target) if last else ("", "")
-        near = beside if len(way) > 1 else ""
-        items.append(Item(step.actions, repeated, act.element, other, target, -1, way, near))
-        way = way[-1:]
+        items.append(Item(step.actions, repeated, act.element, other, target, -1, way, beside))
+        way, beside = way[-1:], ""
     return items
 
 

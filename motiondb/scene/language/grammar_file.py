@@ -169,7 +169,7 @@ def _check(reading: GrammarReading) -> None:
     actions = set(reading.terminals)
     roles = {*ROLES, *reading.team}
     things = {reading.thing.name} if reading.thing else set()
-    places = set(reading.place)
+    places, about = set(reading.place), " or ".join(["a place", "a role", *things])
     known: dict[str, tuple[str, set[str], str]] = {
         "START": ("a start symbol that has a rule", lefts, "Write its rules."),
         "PART": (
@@ -179,11 +179,7 @@ def _check(reading: GrammarReading) -> None:
         ),
         "SYMBOL": ("a symbol of the grammar", lefts | actions, "Write its rules."),
         "NONTERMINAL": ("a nonterminal", lefts, "Write its rules."),
-        "TARGET": (
-            " or ".join(["a place", "a role", *things]),
-            roles | places | things,
-            "Declare it: 'place {0}'.",
-        ),
+        "TARGET": (about, roles | places | things, "Declare it: 'place {0}'."),
         "PARTNER": ("a role", roles, "Declare it: 'role {0}'."),
         "ACTION": ("an action declared with ':='", actions, ""),
         "ROLE": ("a role", {*roles, PLAYER}, ""),
@@ -235,20 +231,18 @@ def _refuse_endless(grammar: Grammar, reading: GrammarReading) -> None:
 def _refuse_endless_answers(reading: GrammarReading) -> None:
     """Refuse acts whose answers must be answered without end, as no scene can."""
     ends: set[str] = set()
-    while more := {
-        act
-        for act in reading.terminals.keys() - ends
-        if all(ends.intersection(said.answers) for said in reading.answers if act in said.acts)
-    }:
-        ends |= more
-    for act, (_, token) in reading.terminals.items():
-        said = next((one.answers for one in reading.answers if act in one.acts), ())
-        if act not in ends and said:
-            found = f"that {act} is answered by {' or '.join(said)}, which is answered in turn"
-            advice = (
-                "An answer is the other player's: take it out, or allow one that needs no answer."
-            )
-            reading.fail(token, "answers that come to an end", advice, found)
+    for _ in reading.terminals:
+        ends |= {
+            act
+            for act in reading.terminals
+            if all(ends & set(said.answers) for said in reading.answers if act in said.acts)
+        }
+    advice = "An answer is the other player's: take it out, or allow one that needs no answer."
+    for said in reading.answers:
+        for act in (act for act in said.acts if act not in ends and act in reading.terminals):
+            found = f"that {act} is answered by {' or '.join(said.answers)}, which is answered, too"
+            what, token = "answers that come to an end", reading.terminals[act][1]
+            reading.fail(token, what, advice, found)
 
 
 def _annotations(reading: GrammarReading) -> Iterable[Annotation]:

@@ -303,7 +303,8 @@ def _act_faults(
         yield _fault(element, f"a {thing} to take", "none that lies anywhere", advice)
     elif not act.part and _begins(diagram, element, STRIKE) and _who_has(diagram, element):
         actual = f"{_who_has(diagram, element)} with it"
-        yield _fault(element, f"the {thing} to lie", actual, "Let it be put down before.")
+        advice = f"Let it be put down before, or be sent to them: 'serve: send({thing}, receiver)'."
+        yield _fault(element, f"the {thing} to lie", actual, advice)
     elif free and ball:
         advice = f"Choose an action that keeps the {thing}, or let it be given away before."
         actual = f"{name} with it"

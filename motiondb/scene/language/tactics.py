@@ -212,13 +212,12 @@ class Diagram:
         """
         if one.other:
             return one.other
-        does = set(self.verb(one, True).last)
+        others = [e for e in self.elements if e.step == one.step and e.player != one.player]
         for said in self.activity.answers:
             for own, theirs in ((said.acts, said.answers), (said.answers, said.acts)):
-                for other in self.elements if does <= set(own) else ():
-                    at_once = other.step == one.step and other.player != one.player
-                    meant = at_once and other.other in ("", one.player)
-                    if meant and set(self.verb(other, True).last) <= set(theirs):
+                for other in others if set(self.verb(one, True).last) <= set(own) else ():
+                    does = set(self.verb(other, True).last)
+                    if other.other in ("", one.player) and does <= set(theirs):
                         return other.player
         return self.partner_of(one.player)
 

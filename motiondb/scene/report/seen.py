@@ -8,7 +8,6 @@ through somebody.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import chain
 
 import numpy as np
 from numpy.typing import NDArray
@@ -139,7 +138,7 @@ def seen_faults(
     ball: Ball | None,
 ) -> Iterator[SeenFault]:
     """Yield what a viewer sees at once although no rule is about it."""
-    n_frames = len(joints[0])
+    n_frames, rests = len(joints[0]), {rest.action for rest in table.activity.rests}
     yield from _out_of_order(table, timeline)
     for guard in guards:
         if guard.outside > TOO_FAR:
@@ -148,13 +147,12 @@ def seen_faults(
     for player, (name, positions) in enumerate(zip(table.players, joints, strict=True)):
         acts = np.zeros(n_frames, dtype=bool)
         for _, who, first, last in table.steps:
-            if who == player and not _rests(table, who, first, last):
+            if who == player and not rests.issuperset(table.actions[who][first:last]):
                 acts[int(timeline.begins[who][first]) : timeline.end_of(who, last - 1)] = True
         yield from _standing(name, positions, acts)
         yield from _through_places(table, name, positions)
     if ball is not None:
         yield from _misses(table, ball)
-        yield from _unreached(table, ball)
         yield from _passes_through(table, joints, ball)
 
 
@@ -187,12 +185,6 @@ def _through_places(table: RuleTable, name: str, joints: FloatArray) -> Iterator
             yield SeenFault("place", (name, place.name), start, end, place.height, "m")
 
 
-def _rests(table: RuleTable, player: int, first: int, last: int) -> bool:
-    """Return whether somebody only rests in actions [first, last)."""
-    rests = {rest.action for rest in table.activity.rests}
-    return rests.issuperset(table.actions[player][first:last])
-
-
 def _standing(name: str, joints: FloatArray, acts: NDArray[np.bool_]) -> Iterator[SeenFault]:
     """Yield the longest time in which somebody stands, and every pose that is held.
 
@@ -210,7 +202,7 @@ def _standing(name: str, joints: FloatArray, acts: NDArray[np.bool_]) -> Iterato
 
 
 def _misses(table: RuleTable, ball: Ball) -> Iterator[SeenFault]:
-    """Yield what was sent and does not come within its target."""
+    """Yield what was sent and does not come within its target, and what nobody reaches."""
     for sent in ball.sent:
         way = ball.positions[sent.frame :]
         steps = np.linspace(0.0, 1.0, 8, endpoint=False)[:, None, None]
@@ -221,14 +213,9 @@ def _misses(table: RuleTable, ball: Ball) -> Iterator[SeenFault]:
             yield SeenFault(
                 "misses", (who, sent.target), sent.frame, len(ball.positions), apart, "m"
             )
-
-
-def _unreached(table: RuleTable, ball: Ball) -> Iterator[SeenFault]:
-    """Yield who takes or strikes the object where it is not within the reach of hands and feet."""
     for player, frame, apart in ball.met:
         if apart > UNREACHED:
-            who = table.players[player]
-            yield SeenFault("reach", (who,), frame, frame + 1, apart, "m")
+            yield SeenFault("reach", (table.players[player],), frame, frame + 1, apart, "m")
 
 
 def _passes_through(
@@ -241,12 +228,10 @@ def _passes_through(
         inside = near < ball.size / 2.0 - _THICK
         struck = [sent.frame for sent in ball.sent if sent.player == player]
         struck += [frame for who, frame, _ in ball.met if who == player]
-        helps = [range(since, until + 1) for who, since, until in ball.helpers if who == player]
-        for frame in [
-            *np.flatnonzero(ball.holder == player),
-            *struck,
-            *chain.from_iterable(helps),
-        ]:  # hands come to it before, and leave it afterwards
+        for who, since, until in ball.helpers:
+            struck += range(since, until + 1) if who == player else ()
+        # hands come to it before, and leave it afterwards
+        for frame in (*np.flatnonzero(ball.holder == player), *struck):
             inside[max(frame - 12, 0) : frame + 13] = False
         for start, end in runs(inside):
             depth = float(ball.size / 2.0 - near[start:end].min())

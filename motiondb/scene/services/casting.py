@@ -287,9 +287,9 @@ def _stated(diagram: Diagram, items: dict[str, tuple[Item, ...]]) -> list[_Deman
     for name, row in items.items():
         for k, item in enumerate(row):
             if item.element >= 0:
-                ends = ("begin", "end") if item.repeated else ("event", "event")
-                begin, end = ((name, k, which) for which in ends)
-                of.setdefault(diagram.elements[item.element].step, (begin, end))
+                begin, end = ("begin", "end") if item.repeated else ("event", "event")
+                step = diagram.elements[item.element].step
+                of.setdefault(step, ((name, k, begin), (name, k, end)))
     demands = []
     for step, seconds, since in diagram.times:
         if step in of and since in of:

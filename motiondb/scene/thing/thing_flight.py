@@ -37,6 +37,7 @@ from motiondb.scene.thing.thing_acts import Aim, Possession, ThingActs
 # Hands: where they are, and how arms move them somewhere else.
 
 
+Bodies = Sequence[tuple[FloatArray, FloatArray]]  # Joints and rotations of every player
 PALM = 0.09  # Distance from wrist to palm, m: half the length of a hand
 _I = body.INDEX
 
@@ -316,20 +317,15 @@ def _is_caught(before: Possession, after: Possession) -> bool:
     return before.left == SEND and soon and (awaited or not after.is_struck)
 
 
-def _limb(possession: Possession, joints: Sequence[tuple[FloatArray, FloatArray]]) -> FloatArray:
+def _limb(possession: Possession, joints: Bodies) -> FloatArray:
     """Return where a player strikes what flies: at the foot or hand that is fastest then, m."""
     frame, limbs = possession.until, joints[possession.player][0][:, _STRIKING]
-    last = len(limbs) - 1
-    moved = limbs[min(frame + 2, last)] - limbs[max(frame - 2, 0)]
-    at: FloatArray = limbs[frame, int(np.argmax(np.linalg.norm(moved, axis=1)))]
-    return at
+    moved = limbs[min(frame + 2, len(limbs) - 1)] - limbs[max(frame - 2, 0)]
+    return np.asarray(limbs[frame, int(np.argmax(np.linalg.norm(moved, axis=1)))])
 
 
 def _met(
-    possession: Possession,
-    joints: Sequence[tuple[FloatArray, FloatArray]],
-    spot: FloatArray,
-    size: float,
+    possession: Possession, joints: Bodies, spot: FloatArray, size: float
 ) -> Iterator[tuple[int, int, float]]:
     """Yield who takes or strikes what lies at a spot, the frame, and how far hands and feet are."""
     for who, frame in ((possession.player, possession.since), *(h[:2] for h in possession.helpers)):
@@ -337,12 +333,7 @@ def _met(
         yield who, frame, float(np.linalg.norm(limbs - spot, axis=2).min()) - size / 2.0
 
 
-def _shared(
-    possession: Possession,
-    held: HeldThing,
-    joints: Sequence[tuple[FloatArray, FloatArray]],
-    size: float,
-) -> HeldThing:
+def _shared(possession: Possession, held: HeldThing, joints: Bodies, size: float) -> HeldThing:
     """Return an object that several bear: in their middle, as high as they would hold it."""
     if not possession.helpers:
         return held
@@ -374,10 +365,7 @@ def _grasped(held: HeldThing, share: FloatArray, joints: FloatArray, size: float
 
 
 def _struck(
-    possession: Possession,
-    joints: Sequence[tuple[FloatArray, FloatArray]],
-    positions: FloatArray,
-    within: slice,
+    possession: Possession, joints: Bodies, positions: FloatArray, within: slice
 ) -> Possession:
     """Return when something is struck where it lies: when a foot or hand is nearest to it.
 
@@ -396,12 +384,7 @@ def _struck(
     return replace(possession, since=frame, until=frame)
 
 
-def _put_at(
-    possession: Possession,
-    held: HeldThing,
-    joints: Sequence[tuple[FloatArray, FloatArray]],
-    size: float,
-) -> FloatArray:
+def _put_at(possession: Possession, held: HeldThing, joints: Bodies, size: float) -> FloatArray:
     """Return where an object is put: on its target, before a player, or below the hands."""
     if possession.aim is not None and possession.aim.player >= 0:
         x, _, z = held.ball[possession.until]
@@ -473,12 +456,7 @@ def _pass(positions: FloatArray, release: int, catch: int) -> None:
     positions[release : catch + 1, 1] = thrown(start[1], end[1], seconds, share * seconds)
 
 
-def _send(
-    positions: FloatArray,
-    possession: Possession,
-    joints: Sequence[tuple[FloatArray, FloatArray]],
-    size: float,
-) -> list[Sent]:
+def _send(positions: FloatArray, possession: Possession, joints: Bodies, size: float) -> list[Sent]:
     """Fill the frames after a release: to the target, down, and bouncing."""
     release, aim, start = possession.until, possession.aim, positions[possession.until].copy()
     if aim is None:  # nobody says where to: it drops
