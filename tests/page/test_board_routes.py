@@ -70,7 +70,7 @@ def test_a_diagram_that_can_be_played_has_strings_and_clips(client: TestClient) 
 @pytest.mark.parametrize(
     ("before", "after", "element", "said"),
     [
-        ("1 pass A1 to A2", "1 pass A1 to D1", 0, "a receiver of the team of A1"),
+        ("1 pass A1 to A2", "1 pass A1 to D1", 2, "and A2 ('pass A2 to A1', line 7)"),
         ("2 cut A1 to 0.6 1.4", "2 cut A1 to 60 1.4", 1, "a point on the ground"),
         ("3 pass A2 to A1", "3 pass A2 to A9", 2, "one of the players"),
         (

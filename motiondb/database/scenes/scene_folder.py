@@ -186,6 +186,7 @@ _SEEN = {
     "held pose": "{0} holds a pose without moving for {value:.1f} s",
     "misses": "what {0} sends misses the {1} by {value:.2f} m",
     "object": "the object passes through {0}",
+    "reach": "{0} reaches for the object, which is {value:.1f} m away",
     "order": "{0} begins only when {1} has ended step {value:.0f}, which comes later",
     "place": "{0} passes through the {1}",
 }

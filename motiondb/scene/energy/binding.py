@@ -57,7 +57,12 @@ from motiondb.scene.language.expressions import (
     step_of,
     unlinked_orders,
 )
-from motiondb.scene.language.motion_grammar import Annotation, MotionGrammar
+from motiondb.scene.language.motion_grammar import (
+    Annotation,
+    MotionGrammar,
+    counts_elsewhere,
+    nodes_of,
+)
 from motiondb.scene.language.possession import lies_at
 from motiondb.scene.language.semantic_rules import (
     END,
@@ -95,6 +100,7 @@ KINDS: dict[type, int] = {
 
 ORDER_WEIGHT, THROUGH_WEIGHT = 0.5, 0.05
 """c_k of a late step, s, and of a way through a table, a share of frames. Chosen by hand."""
+_FAR = 1.0  # Metres beyond a distance of an act's rule from which on somebody goes there first
 UNMET_WEIGHT = 0.1  # c_k of a rule whose role nobody fills: it costs 10, like a broken distance
 
 ROW = np.dtype(
@@ -230,8 +236,44 @@ class Binder:
 
     @cached_property
     def _auxiliary(self) -> tuple[tuple[DiagramRule, ...], ...]:
-        rules = auxiliary_rules(self.diagram, self.grammar)
+        away = {name: self._away(player) for player, name in enumerate(self.names)}
+        rules = [
+            rule
+            for rule in auxiliary_rules(self.diagram, self.grammar)
+            if rule.rule.moment.name != START or rule.item not in away[rule.player]
+        ]
         return tuple(tuple(r for r in rules if r.player == name) for name in self.names)
+
+    def _away(self, player: int) -> set[int]:
+        """Return the items that begin elsewhere than they are drawn, until a way ends at a point.
+
+        Somebody who acts with a person or thing that is far from there goes to it.
+        """
+        found, away = set(), False
+        for number, item in enumerate(self.items[player]):
+            moves = len(item.way) > 1
+            if away or (item.element >= 0 and not moves and self._is_far(player, number)):
+                away = not moves
+                found.add(number)
+            away = away or item.beside != ""
+        return found
+
+    def _is_far(self, player: int, number: int) -> bool:
+        """Return whether the rules of all actions of an item ask for somewhere else."""
+        item, place_at = self.items[player][number], self.diagram.place_at
+        here, step = item.way[0], self.diagram.elements[item.element].step
+        asked = [set(self.grammar.rules_of(action, ())) for action in item.actions]
+        for rule in set.intersection(*asked):
+            if not isinstance(rule, DistanceRule):
+                continue
+            target = self._resolved(rule.target, _Stretch(player, 0, 1, number, rule))
+            ends = [Spot(*target[1:])] if target else [here]
+            if target and target[0] >= 0:
+                ends = [place_at(self.names[target[0]], when) for when in (step - 1, step)]
+            apart = min(math.hypot(spot.x - here.x, spot.z - here.z) for spot in ends)
+            if apart > rule.far + _FAR:
+                return True
+        return False
 
     def assignments(self, player: int, actions: tuple[str, ...]) -> tuple[Spans, ...]:
         """Return the ways to assign a player's actions to their items."""
@@ -308,12 +350,12 @@ class Binder:
         """Yield the synchronisations of steps of which the diagram says how far they are apart."""
         if not self.diagram.times:
             return
-        of: dict[int, tuple[int, int]] = {}
-        for step, player, _, last in self._steps(strings):
-            of.setdefault(step, (player, last - 1))
+        of: dict[int, tuple[int, int, int]] = {}
+        for step, player, first, last in self._steps(strings):
+            of.setdefault(step, (player, first, last - 1))
         for step, lag, since in self.diagram.times:
-            if step in of and since in of:
-                (one, k), (other, m) = of[since], of[step]
+            if step in of and since in of:  # from the end of a way to the beginning of one
+                (one, _, k), (other, m, _) = of[since], of[step]
                 action = strings[other].actions[m]
                 rule = SynchronisationRule(self.names[other], (action,), lag, Moment(EVENT))
                 yield _Stretch(one, k, k + 1, -1, rule, meant=(m,))
@@ -334,8 +376,10 @@ class Binder:
                     for step, who, first, last in self._steps(strings)
                     if who == player and kept.first <= step <= (kept.last or step)
                 ]
-                if not kept.last or not inside:
+                if not kept.last:
                     inside = [(0, len(strings[player].actions))]
+                if not inside:
+                    continue
                 rule = DistanceRule(other, kept.near, kept.far)
                 first, last = min(a for a, _ in inside), max(b for _, b in inside)
                 yield _Stretch(player, first, last, -1, rule)
@@ -375,13 +419,13 @@ class Binder:
         for item, (first, last) in enumerate(parts):
             item_of[first:last] = [item] * (last - first)
         clips = []
-        nodes = list(_nodes(tree))
+        nodes = list(nodes_of(tree))
         of_action = [self.grammar.rules_of(n.symbol, n.above) for n in nodes if n.is_leaf]
         for node in nodes:
             if node.is_leaf:
                 k = node.first
                 for rule in of_action[k]:
-                    if not _counts_elsewhere(rule, k, item_of, of_action):
+                    if not counts_elsewhere(rule, k, item_of, of_action):
                         clips.append(_Stretch(player, k, k + 1, item_of[k], rule))
             elif node.last > node.first:
                 for rule in self.grammar.rules_of(node.symbol, node.above):
@@ -527,9 +571,10 @@ class Binder:
                 continue
             of = [n for n, (first, last) in enumerate(string.spans) if first <= k < last]
             item = self.items[player][of[0]] if of else None
-            step = self.diagram.elements[item.element].step if item and item.element >= 0 else -1
-            to = (item.other if item else "") or self.diagram.partner_of(self.names[player])
-            found.append((k, step, self._number.get(to, -1)))
+            element = self.diagram.elements[item.element] if item and item.element >= 0 else None
+            to = (item.other if item else "") or (self.diagram.faced(element) if element else "")
+            target = self._number.get(to or self.diagram.partner_of(self.names[player]), -1)
+            found.append((k, element.step if element else -1, target))
         return found
 
 
@@ -553,47 +598,3 @@ def bind(
     binder = Binder(diagram, grammar)
     of = chosen or [None] * len(trees)
     return binder.bind([binder.string(n, tree, of[n]) for n, tree in enumerate(trees)])
-
-
-@dataclass(frozen=True)
-class _Node:
-    symbol: str
-    is_leaf: bool
-    first: int
-    last: int
-    above: frozenset[str]
-
-
-def _nodes(tree: Tree) -> Iterator[_Node]:
-    """Yield all nodes with the actions [first, last) that they derive and their ancestors.
-
-    The order is postorder. There is no recursion, because the depth of nesting may equal the length
-    of the string.
-    """
-    done = 0
-    waiting: list[tuple[Tree, frozenset[str], int]] = [(tree, frozenset(), -1)]
-    while waiting:
-        node, above, first = waiting.pop()
-        if node.is_leaf:
-            yield _Node(node.symbol, True, done, done + 1, above)
-            done += 1
-        elif first >= 0:
-            yield _Node(node.symbol, False, first, done, above)
-        else:
-            waiting.append((node, above, done))
-            below = above | {node.symbol}
-            waiting.extend((child, below, -1) for child in reversed(node.children))
-
-
-def _counts_elsewhere(
-    rule: SemanticRule,
-    k: int,
-    item_of: Sequence[int],
-    of_action: Sequence[tuple[SemanticRule, ...]],
-) -> bool:
-    """Return whether the next (for ``at start`` the previous) action of the item has the rule."""
-    step = {END: 1, START: -1}.get(rule.moment.name, 0)
-    m = k + step
-    if step == 0 or not 0 <= m < len(of_action):
-        return False
-    return item_of[m] == item_of[k] and rule in of_action[m]

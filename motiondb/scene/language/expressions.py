@@ -110,6 +110,8 @@ MOST_ACTIONS = 40
 """Largest number of actions of a player. Chosen by hand: more than twice the longest string of the
 measured scenes."""
 _VIA_WEIGHT = 1.0  # Weight of a point on the way, m. It is loose because a curve is drawn by hand
+_BESIDE = 1.5  # Metres between two who are drawn, up to which nobody goes to the other
+_BESIDE_WEIGHT = 2.0  # Weight of the end of a way to somebody, m: the act says how near they are
 _STAND_WEIGHT = 0.5  # Weight of the place where a drawn act begins, m: about half a step
 
 
@@ -126,6 +128,7 @@ class Item:
     other_item: int = -1
     # Points from the player's place to the end of the move; one point if the player stays
     way: tuple[Spot, ...] = ()
+    beside: str = ""  # The player to whom the way leads, who is drawn at its end, or ""
 
     @property
     def metres(self) -> float:
@@ -178,9 +181,13 @@ def _items(diagram: Diagram, act: Act, holds: bool, place: Spot) -> list[Item]:
     if act.part:
         return [Item(act.part, False, act.element, element.player, way=(place,))]
     steps, places = diagram.verb(element, holds).steps, dict(diagram.places)
-    end = element.to
+    end, beside = element.to, ""
     if end is None and len(steps) > 1 and element.kind != DOES:
         end = places.get(element.target)
+        if element.other and not end:
+            there = diagram.place_at(element.other, element.step)
+            if math.hypot(there.x - place.x, there.z - place.z) > _BESIDE:
+                end, beside = there, element.other
     way = (place, *element.via, end) if end else (place,)
     if end is None and element.kind != DOES:
         steps = steps[-1:]  # nothing to go for
@@ -191,8 +198,8 @@ def _items(diagram: Diagram, act: Act, holds: bool, place: Spot) -> list[Item]:
             repeated = True
         last = number == len(steps) - 1
         other, target = (element.other, element.target) if last else ("", "")
-        items.append(Item(step.actions, repeated, act.element, other, target, way=way))
-        way = way[-1:]
+        items.append(Item(step.actions, repeated, act.element, other, target, -1, way, beside))
+        way, beside = way[-1:], ""
     return items
 
 
@@ -363,7 +370,10 @@ def _place_rules(item: Item) -> Iterator[SemanticRule]:
     shares = path_fractions(np.array([(spot.x, spot.z) for spot in item.way]))
     for spot, share in list(zip(item.way, shares, strict=True))[1:-1]:
         yield PositionRule(spot, Moment(PATH, float(share)), _VIA_WEIGHT)
-    yield PositionRule(item.way[-1], Moment(END))
+    if item.beside:
+        yield PositionRule(item.beside, Moment(END), _BESIDE_WEIGHT)
+    else:
+        yield PositionRule(item.way[-1], Moment(END))
 
 
 def _link_rules(item: Item, grammar: MotionGrammar) -> Iterator[SemanticRule]:

@@ -165,10 +165,11 @@ def _check(reading: GrammarReading) -> None:
             advice = f"{name} has rules, so it is a nonterminal: name one of the two otherwise."
             reading.fail(token, "a terminal", advice)
     _check_probabilities(reading)
+    _refuse_endless_answers(reading)
     actions = set(reading.terminals)
     roles = {*ROLES, *reading.team}
     things = {reading.thing.name} if reading.thing else set()
-    places = set(reading.place)
+    places, about = set(reading.place), " or ".join(["a place", "a role", *things])
     known: dict[str, tuple[str, set[str], str]] = {
         "START": ("a start symbol that has a rule", lefts, "Write its rules."),
         "PART": (
@@ -178,7 +179,7 @@ def _check(reading: GrammarReading) -> None:
         ),
         "SYMBOL": ("a symbol of the grammar", lefts | actions, "Write its rules."),
         "NONTERMINAL": ("a nonterminal", lefts, "Write its rules."),
-        "TARGET": ("a place or a role", roles | places | things, "Declare it: 'place {0}'."),
+        "TARGET": (about, roles | places | things, "Declare it: 'place {0}'."),
         "PARTNER": ("a role", roles, "Declare it: 'role {0}'."),
         "ACTION": ("an action declared with ':='", actions, ""),
         "ROLE": ("a role", {*roles, PLAYER}, ""),
@@ -192,6 +193,7 @@ def _check(reading: GrammarReading) -> None:
             if token not in names:
                 near = suggestion(token, sorted(names)).strip()
                 advice = advice.format(token) or f"Declare {token} in a line of its own."
+                advice = f"{token} is a role: name what it does." if token in roles else advice
                 reading.fail(token, what, near or advice)
 
 
@@ -224,6 +226,23 @@ def _refuse_endless(grammar: Grammar, reading: GrammarReading) -> None:
             what, found = f"{left} to end in actions", "only rules that lead to what never ends"
             advice = f"Add an alternative of terminals, such as '| {EMPTY}'."
             reading.fail(reading.lines[left], what, advice, found)
+
+
+def _refuse_endless_answers(reading: GrammarReading) -> None:
+    """Refuse acts whose answers must be answered without end, as no scene can."""
+    ends: set[str] = set()
+    for _ in reading.terminals:
+        ends |= {
+            act
+            for act in reading.terminals
+            if all(ends & set(said.answers) for said in reading.answers if act in said.acts)
+        }
+    advice = "An answer is the other player's: take it out, or allow one that needs no answer."
+    for said in reading.answers:
+        for act in (act for act in said.acts if act not in ends and act in reading.terminals):
+            found = f"that {act} is answered by {' or '.join(said.answers)}, which is answered, too"
+            what, token = "answers that come to an end", reading.terminals[act][1]
+            reading.fail(token, what, advice, found)
 
 
 def _annotations(reading: GrammarReading) -> Iterable[Annotation]:

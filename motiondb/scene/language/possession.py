@@ -194,10 +194,6 @@ def _team_faults(diagram: Diagram, element: Element) -> Iterator[Fault]:
     if one.name == other.name:
         what, advice = "two players", f"{one.name} cannot do this to themselves."
         yield _fault(element, what, f"{one.name} twice", advice)
-    elif role == RECEIVER and one.team != other.team:
-        what = f"a receiver of the team of {one.name}"
-        actual = f"{other.name}, who plays against {one.name}"
-        yield _fault(element, what, actual, "Choose a team-mate.")
     elif role == OPPONENT and one.team == other.team != PLAYER:
         what, actual = f"an opponent of {one.name}", f"{other.name}, a team-mate"
         yield _fault(element, what, actual, "Name a player of the other team.")
@@ -307,7 +303,8 @@ def _act_faults(
         yield _fault(element, f"a {thing} to take", "none that lies anywhere", advice)
     elif not act.part and _begins(diagram, element, STRIKE) and _who_has(diagram, element):
         actual = f"{_who_has(diagram, element)} with it"
-        yield _fault(element, f"the {thing} to lie", actual, "Let it be put down before.")
+        advice = f"Let it be put down before, or be sent to them: 'serve: send({thing}, receiver)'."
+        yield _fault(element, f"the {thing} to lie", actual, advice)
     elif free and ball:
         advice = f"Choose an action that keeps the {thing}, or let it be given away before."
         actual = f"{name} with it"

@@ -195,9 +195,31 @@ class Diagram:
             (number, one.step)
             for number, one in enumerate(self.elements)
             if one.player == name and set(self.verb(one, True).last) <= set(actions)
-            if to in ("", one.other or self.partner_of(name))
+            if to in ("", self.faced(one))
         ]
         return sorted(found, key=lambda pair: pair[1])
+
+    def place_at(self, name: str, step: int) -> Spot:
+        """Return where a player is drawn at a step of the diagram, or after it."""
+        drawn = [(one.step, one.to) for one in self.elements if one.player == name]
+        ways = [(when, to) for when, to in drawn if to and when <= step]
+        return max(ways, key=lambda way: way[0])[1] if ways else self.player[name].at
+
+    def faced(self, one: Element) -> str:
+        """Return whom an act or an answer is to: who is named, or who answers or acts in its step.
+
+        Else it is to the partner of its player.
+        """
+        if one.other:
+            return one.other
+        others = [e for e in self.elements if e.step == one.step and e.player != one.player]
+        for said in self.activity.answers:
+            for own, theirs in ((said.acts, said.answers), (said.answers, said.acts)):
+                for other in others if set(self.verb(one, True).last) <= set(own) else ():
+                    does = set(self.verb(other, True).last)
+                    if other.other in ("", one.player) and does <= set(theirs):
+                        return other.player
+        return self.partner_of(one.player)
 
     def opponent_of(self, name: str) -> str:
         """Return a player's opponent: by ``guards``, else the nearest of another role, or ""."""

@@ -210,8 +210,12 @@ class _DiagramReading(Reading):
         """Return what to do; for an element, how it is written with a link."""
         if len(before) > 2 and before[1].type == "VERB":
             link = self.diagram.activity.verb(before[1]).link or "to"
-            return f"Write '{' '.join(before[:3])} {link} D1'."
+            return f"Write '{' '.join(before[:3])} {link} {self._other(before[2])}'."
         return super().advise(before)
+
+    def _other(self, who: str) -> str:
+        """Return a player beside another one, for advice."""
+        return next((one.name for one in self.diagram.players if one.name != who), "D1")
 
     def _add(self, **more: Any) -> None:  # noqa: ANN401
         self.diagram = replace(self.diagram, **more)
@@ -362,7 +366,7 @@ class _DiagramReading(Reading):
                 self.fail(link, repr(near), f"Did you mean {near}?")
             if link != (verb.link or link) or len(links) > 1:
                 what = repr(verb.link) if verb.link else "one player or place"
-                self.fail(link, what, f"Write '{written} {verb.link or link} D1'.")
+                self.fail(link, what, f"Write '{written} {verb.link or link} {self._other(who)}'.")
             element = replace(element, link=str(link), other=str(name))
         gives = any(activity.deed(a) == GIVE for one in verbs for a in one.last)
         if element.caught and activity.actions and not gives and not self.is_kept:
@@ -371,6 +375,6 @@ class _DiagramReading(Reading):
         if must_go or any(isinstance(tail, Spot) for tail in tails):
             self.fail(who, f"'to' behind {who}", f"Write where {who} goes: 'to 0.5 2'.", "no way")
         if verb.link and not links and verb.role != "target":
-            what, advice = f"'{verb.link}' behind {who}", f"Write '{written} {verb.link} D1'."
-            self.fail(who, what, advice, "nobody")
+            advice = f"Write '{written} {verb.link} {self._other(who)}'."
+            self.fail(who, f"'{verb.link}' behind {who}", advice, "nobody")
         self._drawn(element, who)

@@ -1,4 +1,4 @@
-"""Waiting players turn to the object, or to the opponent whom they guard.
+"""Waiting players turn to the object, or to the opponent whom they guard; heads follow the object.
 
 While a player waits, no rule asks for a heading, and the clip of standing that is played has the
 heading with which the string begins or ended. With o the angle from there to the focus, the body
@@ -12,12 +12,18 @@ increases and decreases at about 100 degrees a second.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 from numpy.typing import NDArray
 
+from motiondb.body import body, retarget, rotation
 from motiondb.body.features import runs
-from motiondb.records import MOTION_FPS, FloatArray
+from motiondb.records import MOTION_FPS, FloatArray, Motion
 from motiondb.scene.energy.binding import DISTANCE, RuleTable
+from motiondb.scene.language.activity import GIVE
 from motiondb.scene.thing.thing_acts import ThingActs
 from motiondb.scene.timing.timeline import Timeline
 
@@ -25,6 +31,10 @@ ASIDE = np.radians(25.0)  # How far from the focus a body may face, rad; the hea
 TURNING = np.radians(100.0)  # Speed of a body that turns in place, rad/s
 _SMOOTH = 10.0  # Standard deviation of the smoothing, frames
 _BRIEF = 50  # Frames of a pause that is too short to turn away and back
+MOST_YAW, MOST_PITCH = math.radians(60.0), math.radians(30.0)
+"""Largest turns of neck and head together, rad: within what people turn without effort."""
+AIMING = 20  # Frames before a release in which the player looks at the target of the ball
+_SMOOTH_HEAD = 5.0  # Standard deviation of the smoothing of heads, frames
 _LEAST_RAMP, _MOST_RAMP = 15, 80  # Limits of the frames that a turn takes to begin and to end
 
 
@@ -147,3 +157,60 @@ def _unwrapped(angle: FloatArray, backward: bool) -> FloatArray:
     whole = np.unwrap(angle)
     principal = np.mod(whole[first] + np.pi, 2.0 * np.pi) - np.pi
     return np.asarray(whole - whole[first] + principal)
+
+
+def look(acts: ThingActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Motion]:
+    """Return every player's motion with the head turned to what they look at.
+
+    Shapes: `ball` (frames, 3), m.
+
+    Before a release the player looks at the receiver or the target. Neck and
+    head share the turn: yaw and pitch from the forward direction of the chest to the ball, clamped
+    and smoothed over a third of a second. Captures on the canonical body hold the head still, so
+    nothing is lost.
+
+    Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
+    Forum 35 (2016), section 6: gaze is added when a scene is done.
+    """
+    heads = [retarget.motion_positions(motion)[0][:, body.INDEX["head"]] for motion in motions]
+    seen = [ball.copy() for _ in motions]
+    for number, possession in enumerate(acts.possessions):
+        if not possession.left:
+            continue
+        aim, thrown_at = ball, possession.aim
+        if possession.left == GIVE and number + 1 < len(acts.possessions):
+            aim = heads[acts.possessions[number + 1].player]
+        elif thrown_at is not None and thrown_at.player >= 0:
+            aim = heads[thrown_at.player]
+        elif thrown_at is not None:
+            aim = np.tile(np.array(thrown_at.at), (len(ball), 1))
+        frames = np.arange(max(possession.until - AIMING, possession.since), possession.until + 1)
+        seen[possession.player][frames] = aim[frames]
+    return [follow(motion, spot) for motion, spot in zip(motions, seen, strict=True)]
+
+
+def follow(motion: Motion, ball: FloatArray) -> Motion:
+    """Return the motion with its head turned to a point: array (frames, 3), m."""
+    from scipy.ndimage import gaussian_filter1d
+
+    positions, world = retarget.motion_positions(motion)
+    chest = rotation.conjugate(world[:, body.INDEX["chest"]])
+    away = rotation.rotate(chest, ball - positions[:, body.INDEX["head"]])
+    flat = np.hypot(away[:, 0], away[:, 2])
+    ahead = np.clip(flat / 0.3, 0.0, 1.0)  # a ball overhead has no direction
+    yaw = np.clip(np.arctan2(away[:, 0], away[:, 2]), -MOST_YAW, MOST_YAW) * ahead
+    behind = np.clip((np.abs(np.arctan2(away[:, 0], away[:, 2])) - 2.4) / 0.7, 0.0, 1.0)
+    yaw = yaw * (1.0 - behind)  # people do not turn the head to something straight behind them
+    pitch = np.clip(-np.arctan2(away[:, 1], np.maximum(flat, 0.3)), -MOST_PITCH, MOST_PITCH)
+    turns = (
+        gaussian_filter1d(np.stack([pitch, yaw], axis=1), _SMOOTH_HEAD, axis=0, mode="nearest")
+        / 2.0
+    )
+    half = rotation.multiply(
+        rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), turns[:, 1]),
+        rotation.from_axis_angle(np.array([1.0, 0.0, 0.0]), turns[:, 0]),
+    )
+    local = motion.local_rotations.astype(np.float64)
+    for joint in ("neck", "head"):
+        local[:, body.INDEX[joint]] = rotation.multiply(half, local[:, body.INDEX[joint]])
+    return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))

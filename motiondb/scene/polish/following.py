@@ -28,7 +28,7 @@ from motiondb.scene.language.semantic_rules import DistanceRule
 from motiondb.scene.polish.path_editing import COMFORT
 from motiondb.scene.timing.playing import AT_REST
 
-_OUTSIDE = 10.0  # Frames out of the bounds that cost as much as a seam of 10 cm
+_OUTSIDE = 5.0  # Frames out of the bounds that cost as much as a seam of 10 cm. Chosen by hand
 _CLIP = 0.2  # Cost of a clip
 _CATCH_UP = 12.0  # Frames in which somebody catches up with a metre: 2.5 m/s
 _INSIDE = 0.3  # Metres by which a guard aims inside the bounds, for the other goes on

@@ -27,13 +27,13 @@ from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.energy.energy import CONTACT_RADIUS, RADIUS
 from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.activity import Activity
-from motiondb.scene.polish.facing import turn_who_waits
+from motiondb.scene.polish.facing import look, turn_who_waits
 from motiondb.scene.polish.following import chase
 from motiondb.scene.polish.path_editing import COMFORT, Edited, Facing, edit_paths, overlaps
 from motiondb.scene.polish.placed import Placed, place_player
 from motiondb.scene.polish.splicing import Shelf, Spliced, show, splice, standing
 from motiondb.scene.thing.thing_acts import thing_acts
-from motiondb.scene.thing.thing_flight import Ball, fly, look
+from motiondb.scene.thing.thing_flight import Ball, fly
 from motiondb.scene.timing.playing import Part, Playing, lead_in, lead_out
 from motiondb.scene.timing.scene_schedule import Scheduled, after_clips, scene_bound, schedule_scene
 from motiondb.scene.timing.scheduling import Meeting, TimeMap, edit_times
@@ -348,11 +348,7 @@ def _meetings(
     return meetings
 
 
-def _facings(
-    table: RuleTable,
-    partners: tuple[int, ...],
-    times: Timeline,
-) -> tuple[Facing, ...]:
+def _facings(table: RuleTable, partners: tuple[int, ...], times: Timeline) -> tuple[Facing, ...]:
     """Return the facings of receivers to the passer, and of guards to their opponent."""
     facings: list[Facing] = []
     guards: dict[tuple[int, int], list[IntArray]] = {}

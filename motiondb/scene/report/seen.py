@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.body import body
 from motiondb.body.features import runs
@@ -31,6 +32,7 @@ LONG, MOSTLY = 4.0, 0.5
 """Seconds of standing, and its share of the scene, from which on it is a fault."""
 HELD, HELD_FOR = 0.02, 1.0
 """Speed of the fastest joint, m/s, below which a pose is held, and seconds from which it counts."""
+UNREACHED = 0.5  # Metres from hands and feet from which on nobody takes or strikes an object
 MOVING_GAP = 1.0  # Seconds that somebody who keeps moving may stand
 _THICK = 0.05  # Radius of limbs that things must not pass through, m
 _TRUNK = np.array([
@@ -136,14 +138,18 @@ def seen_faults(
     ball: Ball | None,
 ) -> Iterator[SeenFault]:
     """Yield what a viewer sees at once although no rule is about it."""
-    n_frames = len(joints[0])
+    n_frames, rests = len(joints[0]), {rest.action for rest in table.activity.rests}
     yield from _out_of_order(table, timeline)
     for guard in guards:
         if guard.outside > TOO_FAR:
             share = guard.outside
             yield SeenFault("guard", (guard.player, guard.target), 0, n_frames, share, "of frames")
-    for name, positions in zip(table.players, joints, strict=True):
-        yield from _standing(name, positions)
+    for player, (name, positions) in enumerate(zip(table.players, joints, strict=True)):
+        acts = np.zeros(n_frames, dtype=bool)
+        for _, who, first, last in table.steps:
+            if who == player and not rests.issuperset(table.actions[who][first:last]):
+                acts[int(timeline.begins[who][first]) : timeline.end_of(who, last - 1)] = True
+        yield from _standing(name, positions, acts)
         yield from _through_places(table, name, positions)
     if ball is not None:
         yield from _misses(table, ball)
@@ -179,10 +185,13 @@ def _through_places(table: RuleTable, name: str, joints: FloatArray) -> Iterator
             yield SeenFault("place", (name, place.name), start, end, place.height, "m")
 
 
-def _standing(name: str, joints: FloatArray) -> Iterator[SeenFault]:
-    """Yield the longest time in which somebody stands, and every pose that is held."""
+def _standing(name: str, joints: FloatArray, acts: NDArray[np.bool_]) -> Iterator[SeenFault]:
+    """Yield the longest time in which somebody stands, and every pose that is held.
+
+    Whoever does in place what is drawn (``acts``, by frame), such as clapping, does not stand.
+    """
     n_frames = len(joints)
-    stands = (travel_speeds(joints) < STANDS) & (joints[:, 0, 1] > SITS)
+    stands = (travel_speeds(joints) < STANDS) & (joints[:, 0, 1] > SITS) & ~acts
     start, end = max(runs(stands), key=lambda run: run[1] - run[0], default=(0, 0))
     if end - start > max(LONG * MOTION_FPS, MOSTLY * n_frames):
         yield SeenFault("stands", (name,), start, end, (end - start) / MOTION_FPS, "s")
@@ -193,7 +202,7 @@ def _standing(name: str, joints: FloatArray) -> Iterator[SeenFault]:
 
 
 def _misses(table: RuleTable, ball: Ball) -> Iterator[SeenFault]:
-    """Yield what was sent and does not come within its target."""
+    """Yield what was sent and does not come within its target, and what nobody reaches."""
     for sent in ball.sent:
         way = ball.positions[sent.frame :]
         steps = np.linspace(0.0, 1.0, 8, endpoint=False)[:, None, None]
@@ -204,6 +213,9 @@ def _misses(table: RuleTable, ball: Ball) -> Iterator[SeenFault]:
             yield SeenFault(
                 "misses", (who, sent.target), sent.frame, len(ball.positions), apart, "m"
             )
+    for player, frame, apart in ball.met:
+        if apart > UNREACHED:
+            yield SeenFault("reach", (table.players[player],), frame, frame + 1, apart, "m")
 
 
 def _passes_through(
@@ -215,10 +227,11 @@ def _passes_through(
         near = near.reshape(-1, _FINE).min(axis=1)
         inside = near < ball.size / 2.0 - _THICK
         struck = [sent.frame for sent in ball.sent if sent.player == player]
-        for frame in [
-            *np.flatnonzero(ball.holder == player),
-            *struck,
-        ]:  # hands come to it before, and leave it afterwards
+        struck += [frame for who, frame, _ in ball.met if who == player]
+        for who, since, until in ball.helpers:
+            struck += range(since, until + 1) if who == player else ()
+        # hands come to it before, and leave it afterwards
+        for frame in (*np.flatnonzero(ball.holder == player), *struck):
             inside[max(frame - 12, 0) : frame + 13] = False
         for start, end in runs(inside):
             depth = float(ball.size / 2.0 - near[start:end].min())

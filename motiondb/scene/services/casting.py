@@ -24,7 +24,7 @@ import numpy as np
 from motiondb.errors import Fault, SceneError
 from motiondb.grammar.cfg.context_free import Tree, reachable_symbols
 from motiondb.records import FloatArray
-from motiondb.scene.language.activity import GIVE, OPPONENT, PARTNER, ROLES, TARGET
+from motiondb.scene.language.activity import GIVE, OPPONENT, PARTNER, RECEIVER, ROLES, TARGET
 from motiondb.scene.language.expressions import (
     MOST_ACTIONS,
     Item,
@@ -206,9 +206,10 @@ def _without_role(
     advice = f"Add a player who is the {role}"
     advice = {
         OPPONENT: "Add a player of the other team",
+        RECEIVER: f"Write 'when asked' behind the words of {action}",
         TARGET: f"Write 'at' and a place behind {element or action}",
     }.get(role, advice)
-    rest = ", or take the element out." if element else ", or the rule out of the grammar."
+    rest = f", or take the {'element out' if element else 'rule out of the grammar'}."
     what = f"{who} of {name}, whom the rule {RULE_NAMES[type(rule)]} of {action} is about"
     return Fault(what, "none", f"{advice}{rest}", line, 0, str(element or name))
 
@@ -278,18 +279,24 @@ def _links(
 
 
 def _stated(diagram: Diagram, items: dict[str, tuple[Item, ...]]) -> list[_Demand]:
-    """Return the demands of ``step 3 comes 0.6 s after 2``, as their first acts are measured."""
-    of: dict[int, _Time] = {}
+    """Return the demands of ``step 3 comes 0.6 s after 2``, as their first acts are measured.
+
+    A way is measured from its end, and to its beginning.
+    """
+    of: dict[int, tuple[_Time, _Time]] = {}
     for name, row in items.items():
         for k, item in enumerate(row):
             if item.element >= 0:
-                of.setdefault(diagram.elements[item.element].step, (name, k, "event"))
+                begin, end = ("begin", "end") if item.repeated else ("event", "event")
+                step = diagram.elements[item.element].step
+                of.setdefault(step, ((name, k, begin), (name, k, end)))
     demands = []
     for step, seconds, since in diagram.times:
         if step in of and since in of:
             why = f"in {seconds:g} s between steps {since} and {step}"
-            demands.append(_Demand(of[since], of[step], seconds - _SLACK, why))
-            demands.append(_Demand(of[step], of[since], -seconds - _SLACK, why))
+            (_, before), (after, _) = of[since], of[step]
+            demands.append(_Demand(before, after, seconds - _SLACK, why))
+            demands.append(_Demand(after, before, -seconds - _SLACK, why))
     return demands
 
 

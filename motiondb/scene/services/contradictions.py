@@ -69,12 +69,14 @@ def _asked(
 ) -> Iterator[_Asked]:
     """Yield all distances of a diagram that do not depend on which of several actions is done."""
     kept = [one for one in diagram.stretches if one.other]
+    stretches = []
     for one in kept:
         bounds = DistanceRule(one.other, one.near, one.far)
+        stretches += [bounds, DistanceRule(one.player, one.near, one.far)]
         yield _Asked(one.player, one.other, one.other, bounds, kept=one)
-    for number in range(len(table.rows) - 2 * len(kept)):
+    for number in range(len(table.rows)):
         row, rule, n = table.rows[number], table.rules[number], int(table.items[number])
-        if not isinstance(rule, DistanceRule) or row["kind"] != DISTANCE:
+        if not isinstance(rule, DistanceRule) or row["kind"] != DISTANCE or rule in stretches:
             continue
         player = int(row["player"])
         item = binder.items[player][n] if n >= 0 else None

@@ -133,11 +133,11 @@ class Suggestions:
 def check(grammar: MotionGrammar) -> GrammarReport:
     """Report useless and nullable symbols of a grammar, and whether it is ambiguous.
 
-    A symbol is useless if no start symbol leads to it. (Nonterminals that never end are refused
-    when the file is read.) No program can decide whether any grammar is ambiguous; the trees of the
-    most probable strings are counted.
+    A symbol is useless if no start symbol leads to it and nobody rests by it. (Nonterminals that
+    never end are refused when the file is read.) No program can decide whether any grammar is
+    ambiguous; the trees of the most probable strings are counted.
     """
-    reached: set[str] = set()
+    reached = {rest.action for rest in grammar.activity.rests}
     starts = []
     for start in grammar.starts:
         rules = grammar.started(start.symbol)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -71,10 +71,12 @@ class Possession:
     bounces: tuple[Bounce, ...] = ()
     left: str = ""  # How it leaves the hands: give, send or put; "" if it does not
     aim: Aim | None = None  # Where it is sent or put
+    # Who took it while the player had it and bears it, too: players, each with first and last frame
+    helpers: tuple[tuple[int, int, int], ...] = ()
 
     @property
     def is_struck(self) -> bool:
-        """Whether it leaves from where it lies, and is never in the hands."""
+        """Whether it leaves from where it lies or flies, and is never in the hands."""
         return self.since == self.until
 
     def dribbled(self, n_frames: int) -> FloatArray:
@@ -142,7 +144,8 @@ def thing_acts(
 
     def had(until: int, hand: int, left: str = "", aim: Aim | None = None) -> None:
         of = _possession(state, library, table, timeline, (holder, since, until, hand))
-        possessions.append(replace(of, left=left, aim=aim))
+        helpers = _helpers(of, deeds) if place else ()
+        possessions.append(replace(of, left=left, aim=aim, helpers=helpers))
 
     for deed in deeds:
         if deed.deed == TAKE:
@@ -160,6 +163,18 @@ def thing_acts(
     if holder >= 0:
         had(timeline.n_frames - 1, 1)
     return ThingActs(tuple(possessions), thing, _lying(place, thing) if place else None)
+
+
+def _helpers(of: Possession, deeds: Sequence[_Deed]) -> tuple[tuple[int, int, int], ...]:
+    """Return who takes what another has, and bears it until they do something else with it."""
+    found: dict[int, tuple[int, int, int]] = {}
+    for deed in deeds:
+        if deed.player != of.player and of.since <= deed.frame <= of.until:
+            if deed.deed == TAKE:
+                found.setdefault(deed.player, (deed.player, deed.frame, of.until))
+            elif deed.player in found:
+                found[deed.player] = *found[deed.player][:2], deed.frame
+    return tuple(found.values())
 
 
 def _lying(place: Place, thing: Thing) -> Aim:

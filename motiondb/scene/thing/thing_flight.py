@@ -4,9 +4,11 @@ Captures have no objects. The actions determine the holder. It moves
 
 * in the hands: between the palms; if these are far apart, in front of the chest, and the hands are
   moved to it; a small object in the palm of one hand;
+* borne by several: in the middle between them, with the hands on its sides;
 * bounced: under the palm of the clip's hand, and between its release and its catch down to the
   floor and up again, each way a fall under gravity in the given time;
-* given: at constant horizontal speed, with gravity, in the time from release to catch;
+* given, or sent to whoever strikes it next: at constant horizontal speed, with gravity, in the time
+  from release to catch; from foot to foot it rolls;
 * sent: into a level target (a ring) from above at 45 degrees; to an upright one (a goal) or a head
   at the speed of a throw; then it falls and bounces;
 * put down: on its target, or to the floor.
@@ -21,7 +23,7 @@ Forum 35 (2016), section 6: trajectories of the ball are added when a scene is d
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -35,6 +37,7 @@ from motiondb.scene.thing.thing_acts import Aim, Possession, ThingActs
 # Hands: where they are, and how arms move them somewhere else.
 
 
+Bodies = Sequence[tuple[FloatArray, FloatArray]]  # Joints and rotations of every player
 PALM = 0.09  # Distance from wrist to palm, m: half the length of a hand
 _I = body.INDEX
 
@@ -204,6 +207,7 @@ BOUNCE = 0.7
 """Fraction of the speed after the floor. Chosen by hand: the rules of basketball ask for 0.82 to
 0.87 for a new ball dropped from 1.8 m; the net takes more."""
 CAUGHT = 40  # Frames after something is sent within which somebody may take it in flight
+_ROLLS = 0.35  # Height of both ends of a way, m, below which what is sent rolls
 STRIKING = 15
 """Frames around the event of a strike in which a foot or hand may meet what lies: captures of kicks
 have their event where the foot is highest."""
@@ -236,6 +240,9 @@ class Ball:
     gap: FloatArray
     size: float = 0.24  # Diameter, m
     sent: tuple[Sent, ...] = ()  # What was sent where
+    # Who takes or strikes it: player, frame, and how far it is from hands and feet then, m
+    met: tuple[tuple[int, int, float], ...] = ()
+    helpers: tuple[tuple[int, int, int], ...] = ()  # Who bears it beside the holder, from, to
 
 
 def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]:
@@ -246,6 +253,8 @@ def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]
     joints = [retarget.motion_positions(motion) for motion in motions]
     free = np.zeros(n_frames, dtype=bool)
     sent: list[Sent] = []
+    met: list[tuple[int, int, float]] = []
+    helpers: list[tuple[int, int, int]] = []
     is_loose = acts.lies is not None
     if acts.lies is not None:
         positions[:] = acts.lies.at
@@ -254,21 +263,32 @@ def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]
     nexts = [of.since for of in acts.possessions[1:]] + [n_frames]
     for of, end in zip(acts.possessions, nexts):
         since_then = slice(0 if before is None else before.until + 1, end)
-        possession = _struck(of, joints, positions, since_then) if of.is_struck else of
+        flies = of.is_struck and before is not None and _is_caught(before, of)
+        lies = of.is_struck and not flies
+        possession = _struck(of, joints, positions, since_then) if lies else of
         since, until = possession.since, possession.until
         held = held_thing(possession, *joints[possession.player], size)
         caught = before is not None and _is_caught(before, possession)
+        if flies:
+            held = replace(held, ball=np.tile(_limb(possession, joints), (n_frames, 1)))
+            met.append((possession.player, since, 0.0))
+        held = _shared(possession, held, joints, size)
         if is_loose and not caught:
+            met += _met(possession, joints, positions[since], size)
             held = _taken(held, since, positions[since].copy())
         if possession.left == PUT:
-            lies = _put_at(possession, held, joints, size)
-            held = _taken(held, until, lies, ahead=False)
-            positions[until:] = lies
+            there = _put_at(possession, held, joints, size)
+            held = _taken(held, until, there, ahead=False)
+            positions[until:] = there
         frames = np.arange(since, until + 1)
         positions[frames] = held.ball[frames]
         if not possession.is_struck:
             holder[frames] = possession.player
             moved[possession.player] = _brought(moved[possession.player], possession, held)
+        for helper in possession.helpers:
+            grasped = _grasped(held, np.ones(n_frames), joints[helper[0]][0], size)
+            moved[helper[0]] = _brought(moved[helper[0]], Possession(*helper), grasped)
+        helpers += possession.helpers
         for bounce in possession.bounces:
             inner = np.arange(bounce.release, bounce.catch + 1)
             ends = held.ball[bounce.release], held.ball[bounce.catch]
@@ -282,20 +302,70 @@ def fly(acts: ThingActs, motions: Sequence[Motion]) -> tuple[Ball, list[Motion]]
         added = _send(positions, possession, joints, size) if possession.left == SEND else []
         sent, n_added = [*sent, *added], len(added)
         is_loose, before = possession.left in (SEND, PUT), possession
-    return Ball(positions, holder, _gaps(positions, holder, free, moved), size, tuple(sent)), moved
+    gaps = _gaps(positions, holder, free, moved)
+    return Ball(positions, holder, gaps, size, tuple(sent), tuple(met), tuple(helpers)), moved
 
 
 def _is_caught(before: Possession, after: Possession) -> bool:
-    """Return whether what somebody sends is taken in flight: within :data:`CAUGHT` frames."""
-    later = after.since - before.until
-    return before.left == SEND and 0 < later <= CAUGHT and not after.is_struck
+    """Return whether what somebody sends is taken in flight: within :data:`CAUGHT` frames.
+
+    Only whom it was sent to strikes it in flight, and in twice the time, for it may be high.
+    """
+    later, aim = after.since - before.until, before.aim
+    awaited = aim is not None and aim.player == after.player
+    soon = 0 < later <= CAUGHT * (1 + after.is_struck)
+    return before.left == SEND and soon and (awaited or not after.is_struck)
+
+
+def _limb(possession: Possession, joints: Bodies) -> FloatArray:
+    """Return where a player strikes what flies: at the foot or hand that is fastest then, m."""
+    frame, limbs = possession.until, joints[possession.player][0][:, _STRIKING]
+    moved = limbs[min(frame + 2, len(limbs) - 1)] - limbs[max(frame - 2, 0)]
+    return np.asarray(limbs[frame, int(np.argmax(np.linalg.norm(moved, axis=1)))])
+
+
+def _met(
+    possession: Possession, joints: Bodies, spot: FloatArray, size: float
+) -> Iterator[tuple[int, int, float]]:
+    """Yield who takes or strikes what lies at a spot, the frame, and how far hands and feet are."""
+    for who, frame in ((possession.player, possession.since), *(h[:2] for h in possession.helpers)):
+        limbs = joints[who][0][max(frame - _LIFT, 0) : frame + _LIFT + 1, _STRIKING]
+        yield who, frame, float(np.linalg.norm(limbs - spot, axis=2).min()) - size / 2.0
+
+
+def _shared(possession: Possession, held: HeldThing, joints: Bodies, size: float) -> HeldThing:
+    """Return an object that several bear: in their middle, as high as they would hold it."""
+    if not possession.helpers:
+        return held
+
+    def at(ball: FloatArray, who: int) -> FloatArray:
+        return np.where([True, False, True], joints[who][0][:, _I["pelvis"]], ball)
+
+    frames, total = np.arange(len(held.ball)), np.ones(len(held.ball))
+    middle = at(held.ball, possession.player)
+    for who, since, until in possession.helpers:
+        theirs = held_thing(Possession(who, since, until), *joints[who], size)
+        share = np.clip(1.0 - np.maximum(since - frames, frames - until) / _LIFT, 0.0, 1.0)
+        middle, total = middle + share[:, None] * at(theirs.ball, who), total + share
+    all_of_it = np.minimum(total - 1.0, 1.0)
+    ball = held.ball + all_of_it[:, None] * (middle / total[:, None] - held.ball)
+    return _grasped(replace(held, ball=ball), all_of_it, joints[possession.player][0], size)
+
+
+def _grasped(held: HeldThing, share: FloatArray, joints: FloatArray, size: float) -> HeldThing:
+    """Return an object with a player's palms on its sides, by a share (frames,) of the way."""
+    away = (joints[:, _I["pelvis"]] - held.ball) * np.array([1.0, 0.0, 1.0])
+    away = rotation.normalize(away + 1e-9)
+    aside = np.cross(np.array([0.0, 1.0, 0.0]), away)
+    sides = np.stack([aside, -aside], axis=1)  # the left hand of who faces it comes first
+    palms_at = held.ball[:, None] + (0.6 * away[:, None] - 0.8 * sides) * (size / 2.0 - GRIP)
+    by = share[:, None, None]
+    both = np.maximum(held.hands, share[:, None])
+    return HeldThing(held.ball, both, (1.0 - by) * held.palms + by * palms_at)
 
 
 def _struck(
-    possession: Possession,
-    joints: Sequence[tuple[FloatArray, FloatArray]],
-    positions: FloatArray,
-    within: slice,
+    possession: Possession, joints: Bodies, positions: FloatArray, within: slice
 ) -> Possession:
     """Return when something is struck where it lies: when a foot or hand is nearest to it.
 
@@ -314,12 +384,7 @@ def _struck(
     return replace(possession, since=frame, until=frame)
 
 
-def _put_at(
-    possession: Possession,
-    held: HeldThing,
-    joints: Sequence[tuple[FloatArray, FloatArray]],
-    size: float,
-) -> FloatArray:
+def _put_at(possession: Possession, held: HeldThing, joints: Bodies, size: float) -> FloatArray:
     """Return where an object is put: on its target, before a player, or below the hands."""
     if possession.aim is not None and possession.aim.player >= 0:
         x, _, z = held.ball[possession.until]
@@ -386,15 +451,12 @@ def _pass(positions: FloatArray, release: int, catch: int) -> None:
     start, end = positions[release].copy(), positions[catch].copy()
     seconds = (catch - release) / MOTION_FPS
     positions[release : catch + 1] = start + share[:, None] * (end - start)
+    if max(start[1], end[1]) < _ROLLS:
+        return
     positions[release : catch + 1, 1] = thrown(start[1], end[1], seconds, share * seconds)
 
 
-def _send(
-    positions: FloatArray,
-    possession: Possession,
-    joints: Sequence[tuple[FloatArray, FloatArray]],
-    size: float,
-) -> list[Sent]:
+def _send(positions: FloatArray, possession: Possession, joints: Bodies, size: float) -> list[Sent]:
     """Fill the frames after a release: to the target, down, and bouncing."""
     release, aim, start = possession.until, possession.aim, positions[possession.until].copy()
     if aim is None:  # nobody says where to: it drops
@@ -464,65 +526,3 @@ def _gaps(
         here = (holder == player) & ~free
         gaps[here] = apart[here]
     return gaps
-
-
-# Heads that follow the object, as far as necks turn.
-
-MOST_YAW, MOST_PITCH = math.radians(60.0), math.radians(30.0)
-"""Largest turns of neck and head together, rad: within what people turn without effort."""
-AIMING = 20  # Frames before a release in which the player looks at the target of the ball
-_SMOOTH = 5.0  # Standard deviation of the smoothing, frames
-
-
-def look(acts: ThingActs, ball: FloatArray, motions: Sequence[Motion]) -> list[Motion]:
-    """Return every player's motion with the head turned to what they look at.
-
-    Shapes: `ball` (frames, 3), m.
-
-    Before a release the player looks at the receiver or the target. Neck and
-    head share the turn: yaw and pitch from the forward direction of the chest to the ball, clamped
-    and smoothed over a third of a second. Captures on the canonical body hold the head still, so
-    nothing is lost.
-
-    Source: K. Hyun, K. Lee and J. Lee, "Motion Grammars for Character Animation", Computer Graphics
-    Forum 35 (2016), section 6: gaze is added when a scene is done.
-    """
-    heads = [retarget.motion_positions(motion)[0][:, _I["head"]] for motion in motions]
-    seen = [ball.copy() for _ in motions]
-    for number, possession in enumerate(acts.possessions):
-        if not possession.left:
-            continue
-        aim, thrown_at = ball, possession.aim
-        if possession.left == GIVE and number + 1 < len(acts.possessions):
-            aim = heads[acts.possessions[number + 1].player]
-        elif thrown_at is not None and thrown_at.player >= 0:
-            aim = heads[thrown_at.player]
-        elif thrown_at is not None:
-            aim = np.tile(np.array(thrown_at.at), (len(ball), 1))
-        frames = np.arange(max(possession.until - AIMING, possession.since), possession.until + 1)
-        seen[possession.player][frames] = aim[frames]
-    return [follow(motion, spot) for motion, spot in zip(motions, seen, strict=True)]
-
-
-def follow(motion: Motion, ball: FloatArray) -> Motion:
-    """Return the motion with its head turned to a point: array (frames, 3), m."""
-    from scipy.ndimage import gaussian_filter1d
-
-    positions, world = retarget.motion_positions(motion)
-    chest = rotation.conjugate(world[:, _I["chest"]])
-    away = rotation.rotate(chest, ball - positions[:, _I["head"]])
-    flat = np.hypot(away[:, 0], away[:, 2])
-    ahead = np.clip(flat / 0.3, 0.0, 1.0)  # a ball overhead has no direction
-    yaw = np.clip(np.arctan2(away[:, 0], away[:, 2]), -MOST_YAW, MOST_YAW) * ahead
-    behind = np.clip((np.abs(np.arctan2(away[:, 0], away[:, 2])) - 2.4) / 0.7, 0.0, 1.0)
-    yaw = yaw * (1.0 - behind)  # people do not turn the head to something straight behind them
-    pitch = np.clip(-np.arctan2(away[:, 1], np.maximum(flat, 0.3)), -MOST_PITCH, MOST_PITCH)
-    turns = gaussian_filter1d(np.stack([pitch, yaw], axis=1), _SMOOTH, axis=0, mode="nearest") / 2.0
-    half = rotation.multiply(
-        rotation.from_axis_angle(np.array([0.0, 1.0, 0.0]), turns[:, 1]),
-        rotation.from_axis_angle(np.array([1.0, 0.0, 0.0]), turns[:, 0]),
-    )
-    local = motion.local_rotations.astype(np.float64)
-    for joint in ("neck", "head"):
-        local[:, _I[joint]] = rotation.multiply(half, local[:, _I[joint]])
-    return replace(motion, local_rotations=rotation.unroll(local).astype(np.float32))

@@ -9,11 +9,20 @@ import numpy as np
 import pytest
 
 from motiondb.body import body
+from motiondb.body.retarget import motion_positions
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
 from motiondb.records import Motion
 from motiondb.scene.clips.clip_cutting import found_instant
-from motiondb.scene.energy.binding import DISTANCE, SYNCHRONISATION, UNMET, bind
+from motiondb.scene.energy.binding import (
+    AT_END,
+    AT_START,
+    DISTANCE,
+    POSITION,
+    SYNCHRONISATION,
+    UNMET,
+    bind,
+)
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.activity import Thing
 from motiondb.scene.language.expressions import exact_actions, expressions
@@ -25,7 +34,7 @@ from motiondb.scene.language.tactics import aligned
 from motiondb.scene.language.tactics_file import format_diagram, parse_diagram, read_diagram
 from motiondb.scene.services.casting import cast, check_times
 from motiondb.scene.thing.thing_acts import Aim, Possession, ThingActs, thing_acts
-from motiondb.scene.thing.thing_flight import fly
+from motiondb.scene.thing.thing_flight import fly, palms
 from motiondb.scene.timing.timeline import sampled_timeline
 
 DANCE = read_motion_grammar(
@@ -191,7 +200,7 @@ def test_a_string_of_actions_is_done_with_the_object_or_without(done: str, told:
 
 
 def test_what_is_struck_lies_and_is_in_nobodys_hands(wandering) -> None:
-    assert "expected the cup to lie, found Ana with it. Let it be put down before." in (
+    assert "expected the cup to lie, found Ana with it. Let it be put down before, or" in (
         refusal(CUP, TABLE + "1 take Ana\n2 flick Bo at goal")
     )
     told = refusal(CUP, TABLE + "1 toss Ana at goal")
@@ -243,11 +252,105 @@ def test_what_is_sent_flies_to_who_takes_it_within_a_moment() -> None:
     np.testing.assert_allclose(ahead, ahead[0])
 
 
+def test_what_flies_to_somebody_is_struck_by_them_and_rolls_from_foot_to_foot() -> None:
+    aims = [Aim("ABO"[n], width=0.25, player=n) for n in (0, 1)]
+    serve = Possession(0, 10, 10, left="send", aim=aims[1])
+    back = Possession(1, 40, 40, left="send", aim=aims[0])
+    upright = np.zeros((90, 21, 4), np.float32)
+    upright[..., 0] = 1.0
+    stands = [Motion(upright, np.full((90, 3), z, np.float32)) for z in (0.0, 6.0)]
+    acts = ThingActs((serve, back, Possession(0, 70, 89)), Thing("ball"), Aim("s", (0.0, 0.1, 0.5)))
+    ball, _ = fly(acts, stands)
+    assert set(ball.holder[:70]) == {-1}
+    assert ball.sent == ()  # all that was sent was struck or caught
+    assert [(who, frame) for who, frame, _ in ball.met] == [(0, 10), (1, 40)]
+    limbs = motion_positions(stands[1])[0][40]
+    assert np.linalg.norm(limbs - ball.positions[40], axis=1).min() < 1e-6
+    np.testing.assert_allclose(np.diff(ball.positions[10:41, 2], 2), 0.0, atol=1e-6)
+    kicks = [replace(stand, root_positions=stand.root_positions.copy()) for stand in stands]
+    for stand in kicks:
+        stand.root_positions[:, 1] = 0.9
+    acts = ThingActs((serve, back), Thing("ball"), Aim("s", (0.0, 0.1, 0.1)))
+    heights = fly(acts, kicks)[0].positions[10:41, 1]
+    assert max(heights) < 0.2  # it does not leave the ground
+
+
+def test_what_two_take_is_between_them_until_one_puts_it_down(wandering) -> None:
+    acts = acted(
+        wandering,
+        TABLE + "1 take Ana\n1 take Bo\n2 drink Ana\n2 drink Bo\n3 put_it Ana\n3 put_it Bo\n",
+    )
+    (both,) = acts.possessions
+    ((helper, since, until),) = both.helpers
+    assert {both.player, helper} == {0, 1}
+    assert both.since <= since < until <= both.until
+    n_frames = both.until + 30
+    upright = np.zeros((n_frames, 21, 4), np.float32)
+    upright[..., 0] = 1.0
+    stands = [
+        Motion(upright, np.tile(np.float32([x, 0.9, 0.0]), (n_frames, 1))) for x in (-0.6, 0.6)
+    ]
+    lies = Aim("table", (0.0, 0.74, 0.0))
+    ball, moved = fly(replace(acts, lies=lies, thing=Thing("sofa", 0.6)), stands)
+    middle = (since + until) // 2
+    assert abs(ball.positions[middle, 0]) < 0.02
+    for motion in moved:  # both have their hands on it
+        apart = palms(motion_positions(motion)[0])[middle] - ball.positions[middle]
+        assert np.linalg.norm(apart, axis=1).max() < 0.4
+    far = [stands[0], replace(stands[1], root_positions=stands[1].root_positions + 9.0)]
+    met = fly(replace(acts, lies=lies, thing=Thing("sofa", 0.6)), far)[0].met
+    assert {who: apart > 5.0 for who, _, apart in met} == {0: False, 1: True}
+
+
 def test_a_time_that_is_asked_for_does_not_change_the_receiver(wandering) -> None:
     text = "player Cid at -2 0\n1 take Ana\n2 give_it Ana to Bo\n3 walk Cid\n4 drink Bo\n"
     for timed in ("", "step 3 comes 1 s after 2"):
         acts = acted(wandering, TABLE + text + timed)
         assert [("Ana", "Bo", "Cid")[one.player] for one in acts.possessions] == ["Ana", "Bo"]
+
+
+TAG = read_motion_grammar(
+    """
+    start S
+    verb chase = run then touch on partner
+    verb walk = run to X Z
+    S -> run | touch | run S | touch S
+    run := "run"
+    touch := "touch" event contact when asked
+    touch: distance(receiver, <= 1 m)
+    """,
+    "tag",
+)
+
+
+def test_what_needs_somebody_who_is_named_is_done_when_asked() -> None:
+    unasked = replace(TAG, terminals=tuple(replace(one, asked=False) for one in TAG.terminals))
+    assert refusal(unasked, "player A at 0 0\nplayer B at 1 0\n1 touch A with B").endswith(
+        "whom the rule distance of touch is about, found none. Write 'when asked' behind the words"
+        " of touch, or take the rule out of the grammar."
+    )
+
+
+@pytest.mark.parametrize(
+    ("drawn", "asked", "starts"),
+    [
+        ("1 chase A on B\n2 walk A to 5 0", "(run)*(touch)(run)*", [0, 0]),
+        ("1 walk B to 1 0\n2 chase A on B", "(touch)", [0, 0]),  # B is there by then
+        ("1 walk A to 4 0\n2 touch A with B", "(run)*(touch)", [0, 0]),  # comes nearer first
+        ("1 walk A to 8 0\n2 touch A with B", "(run)*(touch)", [0, 0, 1]),
+    ],
+)
+def test_who_acts_with_somebody_far_away_goes_there(
+    drawn: str, asked: str, starts: list[int]
+) -> None:
+    diagram = read_diagram(f"player A at 0 0\nplayer B at 9 0\n{drawn}\n", "x", TAG.activity)
+    assert "".join(map(str, expressions(diagram)["A"])) == asked
+    trees = cast(diagram, TAG, "x")
+    rows = bind(diagram, TAG, trees).rows
+    places = rows[(rows["kind"] == POSITION) & (rows["player"] == 0)]
+    assert places["first"][places["moment"] == AT_START].tolist() == starts
+    to_somebody = places[places["target"] >= 0]
+    assert to_somebody["moment"].tolist() == [AT_END] * asked.startswith("(run)*(touch)(run)")
 
 
 def test_a_string_of_actions_is_spelt_out_exactly() -> None:
@@ -273,6 +376,12 @@ def test_a_string_of_actions_is_spelt_out_exactly() -> None:
         ("rest sleep", "expected an action declared with ':=', found 'sleep'."),
         ("a answers b", "expected an action declared with ':=', found 'b'."),
         ("b := 'x' event deepest(head)", "expected one of lowest, highest, nearest before '('"),
+        (
+            "b := 'x'\na answers b\nb answers a",
+            "x.grammar:4:1: expected answers that come to an end, found that b is answered by a",
+        ),
+        ("b := 'x'\na: direction(c)", "expected a place or a role, found 'c'."),
+        ("role c\nrest c", "expected an action declared with ':=', found 'c'. c is a role: name"),
         ("b := 'x' event lowest(nose)", "expected a joint (pelvis, l_hip,"),
     ],
 )
@@ -351,6 +460,21 @@ def test_an_answer_that_is_not_drawn_is_asked_for_at_the_step_of_its_act() -> No
         "(punch)(kick)(parry|duck)",
         "(parry|duck)(duck)(kick)",
     ]
+
+
+def test_an_answer_of_somebody_else_is_drawn_in_the_step_of_its_act() -> None:
+    players = "red R at 0 0\nblue B at 1 0 guards R\ngreen G at 9 9\n"
+    drawn = read_diagram(f"{players}1 punch R\n1 duck G\n2 kick R\n", "x", FIGHT.activity)
+    asked = expressions(drawn)  # B guards R, but G ducks the punch
+    assert ["".join(map(str, asked[name])) for name in "RBG"] == [
+        "(punch)(kick)",
+        "(parry|duck)",
+        "(duck)",
+    ]
+    trees = [parse(FIGHT.started(), one.split()) for one in ("punch kick", "parry", "duck")]
+    table = bind(drawn, FIGHT, trees)
+    rows = table.rows[table.rows["kind"] == SYNCHRONISATION]
+    assert [(int(row["first"]), int(row["partner"])) for row in rows] == [(1, 1), (0, 2)]
 
 
 def test_pairs_are_as_many_as_possible() -> None:
@@ -556,4 +680,8 @@ def test_steps_that_come_at_a_time_are_synchronised() -> None:
     assert (timed["player"], timed["partner"], timed["lag"]) == (0, 1, 1.5)
     kept = rows[rows["kind"] == DISTANCE]
     assert kept["player"].tolist() == [1, 0]
+    trees = [parse(WAYS.started(), actions) for actions in (["wait"], ["run"] * 3)]
+    rows = bind(diagram, WAYS, trees).rows
+    (timed,) = rows[rows["kind"] == SYNCHRONISATION]  # a way begins then, however long it is
+    assert bind(diagram, WAYS, trees).partners[timed["partner_first"]] == 0
     assert diagram.elements[1].to == Spot(5.0, 3.0)

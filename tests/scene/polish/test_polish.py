@@ -20,9 +20,10 @@ from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish import polish as polishing
+from motiondb.scene.polish.facing import MOST_YAW, follow
 from motiondb.scene.polish.polish import polish
 from motiondb.scene.report.scene_report import report_scene
-from motiondb.scene.thing.thing_flight import MOST_YAW, REACHING, follow, palms, reach
+from motiondb.scene.thing.thing_flight import REACHING, palms, reach
 from motiondb.scene.timing.scene_schedule import schedule_scene
 
 GRAMMAR = read_motion_grammar(

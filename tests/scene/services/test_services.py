@@ -199,7 +199,11 @@ def test_what_nobody_can_do_is_told_with_file_and_line(basketball) -> None:
     assert told(
         "defence D1 at 3 3\n1 screen A1 on D1\n2 guard D1 on A1\n3 block A1 on D1"
     ).startswith(
-        "x.tactics:6: expected of A1 what the grammar basketball allows, found (screen)(block)."
+        "x.tactics:6: expected of A1 what the grammar basketball allows, found"
+        " (walk|run)*(screen)(block)."
+    )
+    assert told("defence D1 at 3 3\n1 pass A1 to D1").startswith(
+        "x.tactics:4: expected of D1 what the grammar basketball allows, found (catch). grammar:"
     )
     assert told("player C1 at 3 3\n1 shoot A1").startswith(
         "x.tactics:3: 'player C1': expected a start symbol for the role 'player'"

@@ -17,11 +17,20 @@ from motiondb.records import Motion
 from motiondb.scene.energy.binding import DISTANCE, THROUGHOUT
 from motiondb.scene.energy.energy import RADIUS
 from motiondb.scene.language.activity import GIVE, SEND, Thing
-from motiondb.scene.polish.facing import ASIDE, TURNING, ball_on_ground, turn_who_waits, turns_to
+from motiondb.scene.polish.facing import (
+    AIMING,
+    ASIDE,
+    MOST_YAW,
+    TURNING,
+    ball_on_ground,
+    look,
+    turn_who_waits,
+    turns_to,
+)
 from motiondb.scene.polish.path_editing import COMFORT, depths, edit_paths
 from motiondb.scene.polish.splicing import LIFT, SWING, footing, step_feet
 from motiondb.scene.thing.thing_acts import Aim, Bounce, Possession, ThingActs
-from motiondb.scene.thing.thing_flight import AIMING, MOST_YAW, clearance, held_thing, look
+from motiondb.scene.thing.thing_flight import clearance, held_thing
 
 from ..polish.test_polish import posed
 from .test_timeline import a_row, a_table, still

@@ -161,6 +161,9 @@ const SEEN: Record<string, string> = {
   "held pose": "holds a pose without moving",
   misses: "misses the target",
   object: "is in the way of the object",
+  reach: "reaches for the object in vain",
+  order: "begins after a later step",
+  place: "passes through a thing on the ground",
 };
 
 /** What a viewer sees at once although no rule is about it. */
