@@ -82,10 +82,11 @@ class Derivations:
         """Return I_A: array (states, states), the probability of leading from one to another."""
         known = self._inside.get(symbol)
         if known is None:
-            known = self._inside[symbol] = np.zeros((self.n_states, self.n_states))
+            known = np.zeros((self.n_states, self.n_states))
             if symbol in self._numbers:
                 for i, j in np.ndindex(known.shape):
                     known[i, j] = self._trees.made.weight(self._numbers[symbol], i, j)
+            self._inside[symbol] = known  # whole: other threads ask, too
         return known
 
     def run(self, actions: Sequence[str], state: int = 0) -> list[int]:

@@ -61,6 +61,24 @@ def test_inside_sums_are_those_of_all_trees() -> None:
         np.testing.assert_allclose(derivations.inside(symbol), wanted, atol=1e-12)
 
 
+def test_another_thread_never_sees_sums_that_are_being_made(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    derivations, seen = Derivations(FINITE, ITEMS), list[np.ndarray]()
+    made = derivations._trees.made
+    weigh = type(made).weight
+
+    def weight(self: object, symbol: int, *states: int) -> float:
+        if not seen:  # as a chain that asks in between
+            seen.append(np.zeros(0))
+            seen[0] = derivations.inside("S").copy()
+        return float(weigh(made, symbol, *states))
+
+    monkeypatch.setattr(type(made), "weight", weight)
+    np.testing.assert_array_equal(derivations.inside("S"), seen[0])
+    assert seen[0].any()
+
+
 def test_draws_have_the_probabilities_of_the_trees_that_fit() -> None:
     from scipy.stats import chisquare
 
