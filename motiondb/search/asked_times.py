@@ -31,7 +31,8 @@ def asked_time(question: KnownQuestion, read: Sequence[Reading]) -> str:
     times = [one.text for one in question.not_used if time_of_take(one.text, 1.0) is not None]
     is_one = len(times) == len(read) == len(read[0].parts) == 1
     part = read[0].parts[0]
-    return times[0] if is_one and (part.actions or part.said) and not read[0].exclusions else ""
+    is_plain = is_one and not (read[0].exclusions or read[0].unseen)
+    return times[0] if is_plain and (part.actions or part.said) else ""
 
 
 def room_asked(seen: SeenFrames, time: str, room: slice) -> slice:

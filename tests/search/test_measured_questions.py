@@ -326,7 +326,15 @@ def test_parts_of_the_body_alone_have_no_verdict(db: motiondb.MotionDB, question
 
 @pytest.mark.parametrize(
     "question",
-    ["walk backward", "sit down", "run for more than 2 seconds", "jump twice", "turn left, jump"],
+    [
+        "walk backward",
+        "sit down",
+        "run for more than 2 seconds",
+        "jump twice",
+        "turn left, jump",
+        "kick with the left leg twice",
+        "jump twice in the first 2 s",
+    ],
 )
 def test_a_take_that_surely_contradicts_is_contradicted_at_its_place(
     db: motiondb.MotionDB, question: str, monkeypatch: pytest.MonkeyPatch
@@ -347,7 +355,11 @@ def test_a_thing_beside_an_event_does_not_take_its_place(db: motiondb.MotionDB) 
 
 @pytest.mark.parametrize(
     ("question", "time"),
-    [("ends with a jump", "at the end"), ("jump in the first 1 s", "in the first 1 s")],
+    [
+        ("ends with a jump", "at the end"),
+        ("jump in the first 1 s", "in the first 1 s"),
+        ("does the take end with a jump?", "at the end"),
+    ],
 )
 def test_an_action_is_looked_for_in_the_part_of_a_take(
     db: motiondb.MotionDB, question: str, time: str
@@ -367,6 +379,22 @@ def test_an_action_is_looked_for_in_the_part_of_a_take(
         assert not any(low < (a + b) / 60.0 < high for a, b in jumps_of(db, capture))
 
 
+@pytest.mark.parametrize(
+    ("question", "left"),
+    [
+        ("ends with a jump or a kick", "at the end"),
+        ("walk without kneeling at the end", "at the end"),
+        ("jump, but not at the end", "but not at the end"),
+    ],
+)
+def test_a_part_of_a_take_of_which_it_is_open_what_is_there_is_told(
+    db: motiondb.MotionDB, question: str, left: str
+) -> None:
+    answer = db.search(question, limit=3)
+    assert left in [part.text for part in answer.not_used]
+    assert left not in answer.measured
+
+
 def test_another_number_comes_before_another_action(db: motiondb.MotionDB) -> None:
     answer = db.search("jump twice", limit=80)
     counted = [n for n, m in enumerate(answer.matches) if any("not 2" in w for w in m.contradicted)]
@@ -376,6 +404,28 @@ def test_another_number_comes_before_another_action(db: motiondb.MotionDB) -> No
     assert more
     assert weak
     assert max(n for n in more if answer.matches[n].capture in shown) < min(weak)
+
+
+@pytest.mark.parametrize(
+    "question", ["kick with the left leg twice", "jump twice in the first 2 s"]
+)
+def test_fewer_of_a_side_or_in_a_part_of_a_take_come_after_other_answers(
+    db: motiondb.MotionDB, question: str
+) -> None:
+    answers = db.search(question, limit=80).matches
+    fewer = [
+        n
+        for n, m in enumerate(answers)
+        if {*m.contradicted} & {f"{question[:4]} {k}, not 2 times" for k in ("once", "0 times")}
+    ]
+    other = [n for n, m in enumerate(answers) if not m.contradicted]
+    assert fewer
+    assert max(other, default=-1) < min(fewer)
+
+
+def test_who_goes_on_all_fours_backward_is_measured_as_told(db: motiondb.MotionDB) -> None:
+    answer = db.search("walk backward on all fours", limit=3)
+    assert ({*answer.measured}, answer.not_used) == ({"allfours", "backward"}, ())
 
 
 def test_of_a_long_place_the_part_that_goes_in_the_direction_is_told() -> None:
