@@ -321,8 +321,8 @@ _MANNERS = (
             (r"(?:^|(?<=,\s)|(?<=and\s)|(?<=then\s))", ""),
         )
     ),
-    (r"in\s+(?:an?\s+|the\s+)?t[\s-]?pose", f"while holding both arms {OUT_ASIDE}"),
-    (r"(?:an?\s+|the\s+)?t[\s-]?pose", f"holding both arms {OUT_ASIDE}"),
+    (r"in\s+(?:an?\s+|the\s+)?t[\s-]?poses?", f"while holding both arms {OUT_ASIDE}"),
+    (r"(?:an?\s+|the\s+)?t[\s-]?poses?", f"holding both arms {OUT_ASIDE}"),
     (
         r"with\s+(?:(?:high|raised|lifted)\s+knees|(?:(?:both|his|her|their|the)\s+)*knees\s+"
         r"(?:up(?:\s+high)?|high|raised|lifted))",
@@ -370,9 +370,10 @@ _MANNERS = (
         for before, long in (("for\\b", ""), ("$|,|then\\b|and\\b", " for a while"))
     ),
     (
-        r"((?:^|,\s*|then\s+|and\s+|\b(?:he|she|they|who|one|person|man|woman)\s+))"
+        r"((?:^|,\s*|then\s+|and\s+|\b(?:he|she|they|who|one|(?:some|any)(?:one|body)"
+        r"|person|man|woman|actor|subject|player)\s+))"
         r"(?:paus(?:es?|ing|ed)|wait(?:s|ing|ed)?)"
-        r"(?=\s*(?:$|,|then\b|and\b|for\b|[^\W_]+\s*(?:s|sec|seconds?|minutes?)\b))",
+        r"(?=\s*(?:$|,|then\b|and\b|for\b|before\b|until\b|[^\W_]+\s*(?:s|sec|seconds?|minutes?)\b))",
         r"\1standing still",
     ),
     (

@@ -497,13 +497,11 @@ def _done_though_excluded(
     event = excluded_event(exclusion)
     is_event = event == "move" or bool(event and actions and not posture_of(exclusion.actions[0]))
     is_direction = bool(exclusion.actions) and MODIFIERS.issuperset(exclusion.actions[0])
-    if (
-        is_event
-        and not is_direction
-        and any(place.start < (a + b) / 2 < end for a, b in seen.events(event))
-    ):
-        words = " ".join(map(as_said, exclusion.actions[0]))
-        done.append(f"{words} is seen, which is excluded")
+    if is_event and not is_direction:
+        found = events_of_side(seen, exclusion.actions[0], seen.events(event))
+        if any(place.start < (a + b) / 2 < end for a, b in found):
+            words = " ".join(map(as_said, exclusion.actions[0]))
+            done.append(f"{words} is seen, which is excluded")
     return done
 
 

@@ -175,6 +175,7 @@ def test_changes_and_named_captures_are_read_as_they_are_meant(text: str, asked:
         ("walks, waits, walks on", "walk, then stand still, then walk"),
         ("waits two seconds, then runs", "(stand still for 2 s), then run"),
         ("walk without arms out to the side", "walk, not hold both arm out to the side"),
+        ("someone waits before jumping", "stand still, then jump"),
         ("put your hands up in the air", "raise hand above the head"),
         ("walk that does not end with a jump", "walk, not jump"),
         ("a walk ending with a jump", "walk, then jump"),
