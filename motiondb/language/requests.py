@@ -172,7 +172,7 @@ _MANNERS = (
             (
                 rf"(?:(?:(?:the|an?|each|every)\s+)?{_CAPTURES}\s+)?(?:(?:that|which|who)\s+)?"
                 r"(?:(?:do|does|did|must|should|can|is)\s+not|(?:do|does|did)n't|never|not)\s+",
-                rf", but not \1 at the {where}",
+                rf"not \1 at the {where}",
             ),
             (r"(?:starts?|begins?)\s+(or|and)\s+", rf"\2 at the start \1 at the {where}"),
         )

@@ -1,8 +1,8 @@
 """Answers in the part of a take that a question names: "at the end", "in the first 2 s".
 
-A place stays if it lies there. Otherwise the part is looked for there: its event, where the take
-has one, or frames that reach half of the largest evidence of the take. Answers carry no
-probabilities, since none was calibrated for parts of takes.
+A place stays if it lies there, and so does its event, where the take has one. Otherwise the part
+is looked for there: its event, or frames that reach half of the largest evidence of the take.
+Answers carry no probabilities, since none was calibrated for parts of takes.
 """
 
 from __future__ import annotations
