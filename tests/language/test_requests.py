@@ -202,6 +202,7 @@ def test_phrases_of_manner_are_read_as_what_is_measured(text: str, understood: s
         ("wave at the beginning and the end", "at the beginning and the end"),
         ("wave in the last few seconds", "in the last few seconds"),
         ("wave during the first two seconds", "during the first two seconds"),
+        ("wave, never in the first 2 s", "never in the first 2 s"),
         ("jump, but not at the end", "but not at the end"),
         ("runs faster and faster", "faster and faster"),
         ("walks, getting slower", "getting slower"),

@@ -56,7 +56,7 @@ _WORDS = (
     ),
     (
         "when",
-        r"(?:(?:but\s+)?not\s+)?(?:"
+        r"(?:(?:but\s+)?(?:not|never)\s+)?(?:"
         rf"(?:(?:with)?in|during|for)\s+the\s+{_PART}(?:\s+and\s+(?:in\s+)?the\s+{_PART})*"
         rf"|at\s+{_EDGE}\s+of\s+(?:the|a|each|every)"
         r"(?:\s+(?:clip|take|capture|file|recording|motion|sequence)|(?=\s*(?:[,.;?!]|$)))"
