@@ -165,7 +165,7 @@ _MANNERS = (
     *(
         (rf"{before}(?:{verb})\s+(?:up\s+|off\s+)?(?:with|in|by)\s+(.+)$", after)
         for verb, where in (
-            (r"starts?|begins?|opens?|starting|beginning", "start"),
+            (r"starts?|begins?|starting|beginning", "start"),
             (r"ends?|finish(?:es)?|concludes?|ending|finishing", "end"),
         )
         for before, after in (

@@ -4,8 +4,8 @@ A word that was not learned has no model of motion of its own. Two kinds can be 
 
 * A *written* word stands in captions that came after learning, in tags or names. A capture that
   holds it gets the evidence of a written word, one whose captions or tag have other words that of a
-  missing word (:mod:`motiondb.meaning.word_evidence`). Its slope on motion is 0, its prior the share
-  of captures that hold it.
+  missing word (:mod:`motiondb.meaning.word_evidence`). Its slope on motion is 0, its prior the
+  share of captures that hold it.
 * A *replaced* word stands for known words (:mod:`motiondb.search.takings`). Its log-odds are
   the means of theirs, weighted by its shares. A word that is heard by its meaning has its own
   likeness to the captions that motion suggests, in place of theirs by vectors; its probabilities

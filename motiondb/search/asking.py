@@ -280,7 +280,7 @@ def understand(
         readings=read,
         only=only,
         measured=(
-            *(say_posture(posture_of(action)) for action in sorted(seen)),
+            *dict.fromkeys(say_posture(posture_of(action)) for action in sorted(seen)),
             *sorted("on one leg" if word == SINGLE else word for word in measured if not seen),
             *filter(None, (time,)),
         ),
