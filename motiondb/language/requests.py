@@ -12,7 +12,7 @@ import re
 
 from motiondb.language.lemmas import VERBS, lemma
 from motiondb.language.question.tokens import MOST_CHARACTERS
-from motiondb.language.vocabulary import OUT_AHEAD, OUT_ASIDE
+from motiondb.language.vocabulary import OUT_AHEAD, OUT_ASIDE, motion_word
 
 _CAPTURES = (
     r"(?:(?:motion\s+|mocap\s+)?(?:clip|video|recording|capture|animation|example|sequence|scene"
@@ -88,12 +88,12 @@ _ARMS_OUT = (  # Where arms are that are held out, and the word for it
     ),
 )
 _SPEED = r"(?:speed|pace|tempo|cadence|velocity)"
-_DETERMINED = r"(?:his|her|their|the|its|one|both|a|left|right)"
+_DETERMINED = r"(?:his|her|their|your|my|the|its|one|both|a|left|right)"
 _HANDS = rf"(?:{_DETERMINED}\s+){{0,4}}(?:arm|hand)s?"
 _LEGS = rf"(?:{_DETERMINED}\s+){{1,4}}(?:legs?|knees?|foot|feet)"
 _OF_BODY = r"(?:arm|hand|leg|f(?:oo|ee)t|knee|elbow|shoulder|hip)"
 _OVERHEAD = r"overhead|(?:above|over)\s+(?:(?:the|his|her|their)\s+)?head|in\s+the\s+air"
-_POSED = r"(?:standing|sitting|seated|lying|kneeling|crouching|crouched|squatting)"
+_POSED = r"(?:standing|sitting|seated|lying|kneeling|crouching|crouched|squatting|t[\s-]?pose)"
 _TURNING = r"(?:turn|spin|rotat|pivot|twirl|twist|revolv)\w*(?:\s+(?:a?round|in\s+place))?"
 _TURNING_ROUND = (  # also "a half turn", "a 180-degree turn"
     r"(?:(?:turn|spin|rotat|pivot)\w*\s+(?:a?round|180\b|half\b)[^,;.]*?|turn(?:s|ing|ed)?)"
@@ -158,8 +158,24 @@ _MANNERS = (
     ),
     (
         rf"(?:(?:the|an?|each|every)\s+)?{_CAPTURES}\s+"
-        r"(?=(?:starts?|begins?|opens?|ends?|finish(?:es)?|concludes?)\s)",
+        r"(?=(?:starts?|begins?|opens?|ends?|finish(?:es)?|concludes?|(?:start|beginn|open|end|finish"
+        r"|conclud)ing)\s)",
         "",
+    ),
+    *(
+        (rf"{before}(?:{verb})\s+(?:up\s+|off\s+)?(?:with|in|by)\s+(.+)$", after)
+        for verb, where in (
+            (r"starts?|begins?|starting|beginning", "start"),
+            (r"ends?|finish(?:es)?|concludes?|ending|finishing", "end"),
+        )
+        for before, after in (
+            (
+                rf"(?:(?:(?:the|an?|each|every)\s+)?{_CAPTURES}\s+)?(?:(?:that|which|who)\s+)?"
+                r"(?:(?:do|does|did|must|should|can|is)\s+not|(?:do|does|did)n't|never|not)\s+",
+                rf"not \1 at the {where}",
+            ),
+            (r"(?:starts?|begins?)\s+(or|and)\s+", rf"\2 at the start \1 at the {where}"),
+        )
     ),
     (
         rf"(?:starts?|begins?|starting|beginning|started|began)\s+(?:off\s+|out\s+)?"
@@ -297,6 +313,7 @@ _MANNERS = (
         )
         for before, after in (
             (r"with\s+", "while holding "),
+            (r"without\s+", "without holding "),
             (
                 rf"(?:{_RISING}|(?:keep|stretch|extend|reach|stick|spread)(?:s|es|ing|ed)?)\s+",
                 "holding ",
@@ -304,8 +321,8 @@ _MANNERS = (
             (r"(?:^|(?<=,\s)|(?<=and\s)|(?<=then\s))", ""),
         )
     ),
-    (r"in\s+(?:an?\s+|the\s+)?t[\s-]?pose", f"while holding both arms {OUT_ASIDE}"),
-    (r"(?:an?\s+|the\s+)?t[\s-]pose", f"holding both arms {OUT_ASIDE}"),
+    (r"in\s+(?:an?\s+|the\s+)?t[\s-]?poses?", f"while holding both arms {OUT_ASIDE}"),
+    (r"(?:an?\s+|the\s+)?t[\s-]?poses?", f"holding both arms {OUT_ASIDE}"),
     (
         r"with\s+(?:(?:high|raised|lifted)\s+knees|(?:(?:both|his|her|their|the)\s+)*knees\s+"
         r"(?:up(?:\s+high)?|high|raised|lifted))",
@@ -353,8 +370,10 @@ _MANNERS = (
         for before, long in (("for\\b", ""), ("$|,|then\\b|and\\b", " for a while"))
     ),
     (
-        r"((?:^|,\s*|then\s+|and\s+|\b(?:he|she|they|who|one|person|man|woman)\s+))"
-        r"(?:paus(?:es?|ing|ed)|wait(?:s|ing|ed)?)(?=\s*(?:$|,|then\b|and\b|for\b))",
+        r"((?:^|,\s*|then\s+|and\s+|\b(?:he|she|they|who|one|(?:some|any)(?:one|body)"
+        r"|person|man|woman|actor|subject|player)\s+))"
+        r"(?:paus(?:es?|ing|ed)|wait(?:s|ing|ed)?)"
+        r"(?=\s*(?:$|,|then\b|and\b|for\b|before\b|until\b|[^\W_]+\s*(?:s|sec|seconds?|minutes?)\b))",
         r"\1standing still",
     ),
     (
@@ -380,6 +399,10 @@ _MANNERS = (
         r"\s+(?:right\s+|straight\s+)?up\s+to(?!\s+(?:\d|one\b|two\b|three\b|four\b|five\b|ten\b"
         r"|the\s+(?:roof|top|surface|summit|next|upper|first|second|ceiling|floor)\b))",
         r"\1 to",
+    ),
+    (
+        r"in\s+the\s+(?=(?:very\s+)?(?:beginning|start|end)\s*(?:$|[,.;?!]|(?:and|or|then)\b))",
+        "at the ",
     ),
     (
         r"(?:all\s+)?in\s+(?:a\s+row|succession|series)|one\s+after\s+(?:the\s+|an)other",
@@ -496,9 +519,9 @@ def without_request(text: str) -> str:
     text = _TO_TOUCH.sub("and", _SEAT.sub("sit down", _ABOUT_TO.sub("", text)))
     text = _LIGHT.sub(lambda found: "" if _names_motion(found[1]) else found[0], text)
     text = _SEVERAL.sub(_at_least_twice, text)
-    ended = re.sub(r"^\s*,\s*then\b", "", text).lstrip()
+    ended = _after_no_action(text).lstrip()
     where = "end" if ended != text.lstrip() else "start" if begins else ""
-    if where and _IS_ONE.search(ended) is None:  # it is told that its place is not compared
+    if where and _IS_ONE.search(ended) is None:
         return f"{ended} at the {where}"
     return ended
 
@@ -516,11 +539,18 @@ _SEVERAL = re.compile(
 )
 _BEGINS = re.compile(
     r"(?:\w+\s+){0,2}?(?:starts?|begins?|starting|beginning)\s+(?:off\s+|out\s+)?"
-    rf"(?:(?:with|by)\b|(?:(?:from|in)\s+(?:an?\s+)?)?{_POSED}\b)",
+    rf"(?:(?:with(?:out)?|by)\b|(?:(?:from|in)\s+(?:an?\s+)?)?{_POSED}\b)",
     re.IGNORECASE,
 )
-_IS_ONE = re.compile(r",|\b(?:then|and|while|or|but|at\s+the\s+end)\b", re.IGNORECASE)
-"""What joins another action to one."""
+_IS_ONE = re.compile(r",|\b(?:then|at\s+the\s+(?:start|end))\b", re.IGNORECASE)
+"""What says the place of an action, or brings another one after it."""
+
+
+def _after_no_action(text: str) -> str:
+    """What follows "then" where no action is said before it: "someone, then a jump"."""
+    before, found, after = text.partition(", then")
+    said = re.findall(r"[^\W\d_]+", before)
+    return after if found and all(motion_word(word, {}) is None for word in said) else text
 
 
 def _at_least_twice(found: re.Match[str]) -> str:

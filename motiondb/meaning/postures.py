@@ -119,7 +119,9 @@ _WITH_POSTURE = {
     "land": _WITH_LEGS | {"land", "down", "floor", "ground"},
     "lie": frozenset(("lie", "down", "still", "floor", "ground")),
     "lunge": frozenset(("lunge", "forward")),
-    "allfours": frozenset(("crawl", "allfours", "floor", "ground", "hand", "knee")),
+    "allfours": frozenset(
+        ("crawl", "go", "move", "walk", "allfours", "floor", "ground", "hand", "knee")
+    ),
 }
 """Words beside which a posture is asked for, and nothing else."""
 STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT  # Height of the pelvis in standing, m

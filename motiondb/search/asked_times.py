@@ -1,8 +1,8 @@
 """Answers in the part of a take that a question names: "at the end", "in the first 2 s".
 
-A place stays if it lies there. Otherwise the part is looked for there: its event, where the take
-has one, or frames that reach half of the largest evidence of the take. Answers carry no
-probabilities, since none was calibrated for parts of takes.
+A place stays if it lies there, and so does its event, where the take has one. Otherwise the part
+is looked for there: its event, or frames that reach half of the largest evidence of the take.
+Answers carry no probabilities, since none was calibrated for parts of takes.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ def asked_time(question: KnownQuestion, read: Sequence[Reading]) -> str:
     times = [one.text for one in question.not_used if time_of_take(one.text, 1.0) is not None]
     is_one = len(times) == len(read) == len(read[0].parts) == 1
     part = read[0].parts[0]
-    return times[0] if is_one and (part.actions or part.said) and not read[0].exclusions else ""
+    is_plain = is_one and not (read[0].exclusions or read[0].unseen)
+    return times[0] if is_plain and (part.actions or part.said) else ""
 
 
 def room_asked(seen: SeenFrames, time: str, room: slice) -> slice:

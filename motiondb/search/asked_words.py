@@ -2,10 +2,10 @@
 
 A word that was not learned has no model of motion of its own. Two kinds can be added:
 
-* A *written* word stands in captions that came after learning, or in tags. A capture that holds it
-  gets the evidence of a written word, one whose captions or tag have other words that of a missing
-  word (:mod:`motiondb.meaning.word_evidence`). Its slope on motion is 0, its prior the share of
-  captures that hold it.
+* A *written* word stands in captions that came after learning, in tags or names. A capture that
+  holds it gets the evidence of a written word, one whose captions or tag have other words that of a
+  missing word (:mod:`motiondb.meaning.word_evidence`). Its slope on motion is 0, its prior the
+  share of captures that hold it.
 * A *replaced* word stands for known words (:mod:`motiondb.search.takings`). Its log-odds are
   the means of theirs, weighted by its shares. A word that is heard by its meaning has its own
   likeness to the captions that motion suggests, in place of theirs by vectors; its probabilities
@@ -274,8 +274,8 @@ def written_words_of(
 ) -> AskedWords:
     """The learned words, and the words of a question that are written but were not learned.
 
-    `find` returns the words that are written (:func:`find_written`). It reads all captions and
-    tags, so it is called only if a word of the question is not known. With a `table` of
+    `find` returns the words that are written (:func:`find_written`). It reads all captions,
+    tags and names, so it is called only if a word of the question is not known. With a `table` of
     replacements, written words that replace a word of the question are added too.
     """
     learned, known = sentence.learned, sentence.known

@@ -280,7 +280,7 @@ def understand(
         readings=read,
         only=only,
         measured=(
-            *(say_posture(posture_of(action)) for action in sorted(seen)),
+            *dict.fromkeys(say_posture(posture_of(action)) for action in sorted(seen)),
             *sorted("on one leg" if word == SINGLE else word for word in measured if not seen),
             *filter(None, (time,)),
         ),
@@ -322,7 +322,7 @@ def _measured_words(action: tuple[str, ...]) -> frozenset[str]:
     if hand_at(action):
         ends = action
     elif posture_of(action):
-        ends = _OF_ARMS.intersection(action) if _moves_hands(action) else {"down"}
+        ends = _OF_ARMS.intersection(action) if _moves_hands(action) else {"down", "allfours"}
     return frozenset((*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)))
 
 

@@ -168,8 +168,11 @@ def is_surely_against(question: AskedQuestion, seen: SeenFrames, n: int = 0) -> 
     """
     for part, actions in zip(question.readings[n].parts, question.compared[n]):
         event = _counted_event(part, actions)
-        if event and is_repeated(part) and len(seen.events(event)) < part.least:
-            return True
+        if event and is_repeated(part):
+            room = room_asked(seen, question.time, slice(0, seen.n_frames))
+            found = _found(seen, event, part, actions[0], room)
+            if len(found) < part.least:
+                return True
         for action in actions:
             if _lacks(question.asked, seen, part, action):
                 return True
@@ -285,17 +288,17 @@ def _goes(
 
 
 def _found(
-    seen: SeenFrames, event: str, part: Part, is_posture: bool, low: int, high: int
+    seen: SeenFrames, event: str, part: Part, action: Sequence[str], room: slice
 ) -> list[tuple[int, int]]:
-    """Where an event occurs in frames [low, high); jumps for a single hop that is not seen."""
-    events = seen.events(event)
+    """Where the event of an action occurs in feature frames; jumps for a hop that is not seen."""
+    low, high, events = FEATURE_STEP * room.start, FEATURE_STEP * room.stop, seen.events(event)
     if event == "hop" and not events and not is_repeated(part):
         events = seen.events("jump")  # on which foot is not always seen
     if event.startswith("land"):
         high = min(high, low + AT_ONCE) if low else high  # that of the jump before it
-    elif is_posture:
-        return held_inside(events, low, high)
-    return [time for time in events if low <= sum(time) / 2 < high]
+    elif posture_of(action):
+        return events_of_side(seen, action, held_inside(events, low, high))
+    return events_of_side(seen, action, [t for t in events if low <= sum(t) / 2 < high])
 
 
 def _at_events(
@@ -318,10 +321,8 @@ def _at_events(
         return place, [], True  # captions say where it is
     if not is_repeated(part) and seen.is_away:
         return place, [], True  # words alone say where it is
-    low, high = FEATURE_STEP * room.start, FEATURE_STEP * room.stop
     posture = posture_of(actions[0])
-    found = _found(seen, event, part, bool(posture), low, high)
-    found = events_of_side(seen, actions[0], found)
+    found = _found(seen, event, part, actions[0], room)
     groups = [[one] for one in found] if posture and not is_repeated(part) else _groups(found)
     if is_repeated(part):
         groups = [g for g in (found, *groups) if _fits(part, len(g))]
@@ -496,13 +497,11 @@ def _done_though_excluded(
     event = excluded_event(exclusion)
     is_event = event == "move" or bool(event and actions and not posture_of(exclusion.actions[0]))
     is_direction = bool(exclusion.actions) and MODIFIERS.issuperset(exclusion.actions[0])
-    if (
-        is_event
-        and not is_direction
-        and any(place.start < (a + b) / 2 < end for a, b in seen.events(event))
-    ):
-        words = " ".join(map(as_said, exclusion.actions[0]))
-        done.append(f"{words} is seen, which is excluded")
+    if is_event and not is_direction:
+        found = events_of_side(seen, exclusion.actions[0], seen.events(event))
+        if any(place.start < (a + b) / 2 < end for a, b in found):
+            words = " ".join(map(as_said, exclusion.actions[0]))
+            done.append(f"{words} is seen, which is excluded")
     return done
 
 

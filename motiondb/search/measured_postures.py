@@ -9,7 +9,7 @@ import numpy as np
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.tree import SIDES
-from motiondb.language.vocabulary import SINGLE
+from motiondb.language.vocabulary import SINGLE, as_said
 from motiondb.meaning.limb_sides import PLAIN, limb_held, limb_speeds, limbs_to_measure, side_amount
 from motiondb.meaning.occurrences import is_on_foot
 from motiondb.meaning.postures import posture_of, say_posture, sitting, standing
@@ -116,9 +116,8 @@ def on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> 
     held = limb_held(action)
     if not held:
         return []
-    side, leg = (
-        ("one", f"one {held[1]}") if held[0] == SINGLE else (held[0], f"the {' '.join(held)}")
-    )
+    side = as_said(held[0])
+    leg = f"one {held[1]}" if held[0] == SINGLE else f"the {' '.join(held)}"
     if "hop" in action:
         hops = seen.events(f"hop {side}")
         is_on = any(a < place.end and b > place.start for a, b in hops)
@@ -130,7 +129,13 @@ def on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> 
 def events_of_side(
     seen: SeenFrames, action: Sequence[str], found: list[tuple[int, int]]
 ) -> list[tuple[int, int]]:
-    """The turns to the side; other events in which its limb clearly moves, all if there is none."""
+    """The turns to the side, and hops on the leg.
+
+    Of other events those in which its limb clearly moves, all if there is none.
+    """
+    if "hop" in action and limb_held(action):
+        hops = seen.events(f"hop {as_said(limb_held(action)[0])}")
+        return [hop for hop in found if hop in hops]
     if turning(action) and len(SIDES.intersection(action)) == 1 and not seen.is_away:
         sign = 1.0 if "left" in action else -1.0
         return [(a, b) for a, b in found if sign * seen.track[a:b, 3].sum() > 0.0]

@@ -11,14 +11,16 @@ import pytest
 
 import motiondb
 from motiondb.language.question.parse import parse
-from motiondb.language.question.readings import readings, say, say_count
+from motiondb.language.question.readings import Exclusion, readings, say, say_count
 from motiondb.language.question.tokens import time_of_take
+from motiondb.language.vocabulary import SINGLE
 from motiondb.meaning.occurrences import find_occurrences
 from motiondb.meaning.postures import sitting
 from motiondb.records import FloatArray
 from motiondb.search import by_words
 from motiondb.search.asking import excluded_event
-from motiondb.search.measured_answers import _ways
+from motiondb.search.measured_answers import _done_though_excluded, _ways
+from motiondb.search.measured_postures import events_of_side
 from motiondb.search.placing import PartPlace
 from motiondb.search.seen_frames import SeenFrames
 
@@ -326,7 +328,15 @@ def test_parts_of_the_body_alone_have_no_verdict(db: motiondb.MotionDB, question
 
 @pytest.mark.parametrize(
     "question",
-    ["walk backward", "sit down", "run for more than 2 seconds", "jump twice", "turn left, jump"],
+    [
+        "walk backward",
+        "sit down",
+        "run for more than 2 seconds",
+        "jump twice",
+        "turn left, jump",
+        "kick with the left leg twice",
+        "jump twice in the first 2 s",
+    ],
 )
 def test_a_take_that_surely_contradicts_is_contradicted_at_its_place(
     db: motiondb.MotionDB, question: str, monkeypatch: pytest.MonkeyPatch
@@ -347,7 +357,11 @@ def test_a_thing_beside_an_event_does_not_take_its_place(db: motiondb.MotionDB) 
 
 @pytest.mark.parametrize(
     ("question", "time"),
-    [("ends with a jump", "at the end"), ("jump in the first 1 s", "in the first 1 s")],
+    [
+        ("ends with a jump", "at the end"),
+        ("jump in the first 1 s", "in the first 1 s"),
+        ("does the take end with a jump?", "at the end"),
+    ],
 )
 def test_an_action_is_looked_for_in_the_part_of_a_take(
     db: motiondb.MotionDB, question: str, time: str
@@ -367,6 +381,22 @@ def test_an_action_is_looked_for_in_the_part_of_a_take(
         assert not any(low < (a + b) / 60.0 < high for a, b in jumps_of(db, capture))
 
 
+@pytest.mark.parametrize(
+    ("question", "left"),
+    [
+        ("ends with a jump or a kick", "at the end"),
+        ("walk without kneeling at the end", "at the end"),
+        ("jump, but not at the end", "but not at the end"),
+    ],
+)
+def test_a_part_of_a_take_of_which_it_is_open_what_is_there_is_told(
+    db: motiondb.MotionDB, question: str, left: str
+) -> None:
+    answer = db.search(question, limit=3)
+    assert left in [part.text for part in answer.not_used]
+    assert left not in answer.measured
+
+
 def test_another_number_comes_before_another_action(db: motiondb.MotionDB) -> None:
     answer = db.search("jump twice", limit=80)
     counted = [n for n, m in enumerate(answer.matches) if any("not 2" in w for w in m.contradicted)]
@@ -376,6 +406,40 @@ def test_another_number_comes_before_another_action(db: motiondb.MotionDB) -> No
     assert more
     assert weak
     assert max(n for n in more if answer.matches[n].capture in shown) < min(weak)
+
+
+def test_fewer_in_a_part_of_a_take_come_after_other_answers(db: motiondb.MotionDB) -> None:
+    answers = db.search("punch twice at the start", limit=80).matches
+    fewer = [n for n, m in enumerate(answers) if "punch once, not 2 times" in m.contradicted]
+    other = [n for n, m in enumerate(answers) if not m.contradicted]
+    assert other
+    assert fewer
+    assert max(other) < min(fewer)
+
+
+def test_hops_are_counted_on_their_leg() -> None:
+    """Of three hops, the first is on the left leg, and both others are on the right one."""
+    hops = [(10, 20), (30, 40), (50, 60)]
+    seen: Any = SeenFrames(*[None] * 3)  # type: ignore[arg-type]
+    seen.__dict__["events"] = {"hop left": hops[:1], "hop right": hops[1:], "hop one": hops}.get
+    for leg, counted in (("left", hops[:1]), ("right", hops[1:]), (SINGLE, hops)):
+        assert events_of_side(seen, ("hop", leg, "leg"), hops) == counted
+
+
+def test_a_hop_is_excluded_on_its_leg_alone() -> None:
+    """Who hops on the right leg is not told to hop on the left one, which is excluded."""
+    hop = [(10, 20)]
+    seen: Any = SeenFrames(*[None] * 3)  # type: ignore[arg-type]
+    seen.__dict__["events"] = {"hop": hop, "hop left": [], "hop right": hop}.get
+    place = PartPlace(0, 60, None)
+    for leg, told in (("left", False), ("right", True)):
+        excluded = Exclusion((("hop", leg, "leg"),), 0, 1)
+        assert bool(_done_though_excluded(seen, (("hop",),), excluded, place)) is told
+
+
+def test_who_goes_on_all_fours_backward_is_measured_as_told(db: motiondb.MotionDB) -> None:
+    answer = db.search("walk backward on all fours", limit=3)
+    assert ({*answer.measured}, answer.not_used) == ({"allfours", "backward"}, ())
 
 
 def test_of_a_long_place_the_part_that_goes_in_the_direction_is_told() -> None:

@@ -28,18 +28,24 @@ from itertools import groupby, takewhile
 from motiondb.errors import QueryError
 from motiondb.language.lemmas import VERBS
 from motiondb.language.question.amounts import (
+    NUMBER,
     manner_of,
     match_count,
     match_duration,
     match_measure,
     match_number,
     spread_amounts,
+    to_number,
 )
 from motiondb.language.question.tree import LIMBS, NotUsed
 from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
 
-_SECONDS = r"[0-9]+(?:[.,][0-9]+)?\s*(?:s|sec|secs|seconds?|min|mins|minutes?)"
-_PART = rf"(?:first|last|final)\s+(?:{_SECONDS}|second|minute|half|third)"
+_SECONDS = rf"{NUMBER}\s*(?:s|sec|secs|seconds?|min|mins|minutes?|ms|milliseconds?)"
+_HALF = r"half\s+(?:a\s+)?"
+_PART = (
+    rf"(?:first|last|final)\s+(?:{_SECONDS}|(?:{_HALF})?(?:second|minute)|few\s+seconds|half|third)"
+)
+_EDGE = r"the\s+(?:very\s+)?(?:beginning|start|end)"
 _WORDS = (
     (
         "which",
@@ -50,10 +56,11 @@ _WORDS = (
     ),
     (
         "when",
-        rf"(?:with)?in\s+the\s+{_PART}(?:\s+and\s+(?:in\s+)?the\s+{_PART})*"
-        r"|at\s+the\s+(?:very\s+)?(?:beginning|start|end)\s+of\s+(?:the|a|each|every)"
+        r"(?:(?:but\s+)?(?:not|never)\s+)?(?:"
+        rf"(?:(?:with)?in|during|for)\s+the\s+{_PART}(?:\s+and\s+(?:in\s+)?the\s+{_PART})*"
+        rf"|at\s+{_EDGE}\s+of\s+(?:the|a|each|every)"
         r"(?:\s+(?:clip|take|capture|file|recording|motion|sequence)|(?=\s*(?:[,.;?!]|$)))"
-        r"|at\s+the\s+(?:very\s+)?(?:beginning|start|end)(?!\s+of\b)"
+        rf"|at\s+{_EDGE}(?:\s+(?:and|or)\s+{_EDGE})*(?!\s+of\b))"
         rf"|(?:after|before)\s+(?:the\s+first\s+)?{_SECONDS}(?=\s*(?:[.;?!]|$))",
     ),
     (
@@ -163,10 +170,10 @@ def match_connective(text: str, place: int) -> tuple[str, re.Match[str]] | None:
 
 EDGE = 3.0  # Seconds of a take, or half of it, that are its beginning or its end
 _TIME_OF_TAKE = re.compile(
-    r"(?:with)?in\s+the\s+(?P<which>first|last|final)\s+(?:(?P<number>[0-9]+(?:[.,][0-9]+)?)\s*)?"
-    r"(?P<unit>half|third|m|s)\w*|at\s+the\s+(?:very\s+)?(?P<edge>beginning|start|end)\b.*"
-    r"|(?P<side>after|before)\s+(?:the\s+first\s+)?(?P<limit>[0-9]+(?:[.,][0-9]+)?)\s*(?P<of>m|s)\w*",
-    re.IGNORECASE,
+    r"(?:(?:with)?in|during|for)\s+the\s+(?P<which>first|last|final)\s+"
+    rf"(?:(?P<number>{NUMBER}|{_HALF}|few)\s*)?(?P<unit>half|third|ms|milli|m|s)\w*"
+    r"|at\s+the\s+(?:very\s+)?(?P<edge>beginning|start|end)(?:\s+of\b.*)?"
+    rf"|(?P<side>after|before)\s+(?:the\s+first\s+)?(?P<limit>{NUMBER})\s*(?P<of>ms|milli|m|s)\w*",
 )
 
 
@@ -177,26 +184,33 @@ def time_of_take(text: str, seconds: float) -> tuple[float, float] | None:
     ((7.0, 10.0), (0.0, 5.0))
     >>> time_of_take("in the last 2 s", 10.0), time_of_take("after 4 seconds", 10.0)
     ((8.0, 10.0), (4.0, 10.0))
+    >>> time_of_take("in the first half second", 9.0), time_of_take("in the first two seconds", 9.0)
+    ((0.0, 0.5), (0.0, 2.0))
+    >>> time_of_take("in the last few seconds", 9.0), time_of_take("not at the end", 9.0)
+    ((6.0, 9.0), None)
     """
-    found = _TIME_OF_TAKE.fullmatch(text.strip())
+    found = _TIME_OF_TAKE.fullmatch(text.strip().lower())
     if found is None:
         return None
     if found["edge"]:
-        length, is_first = min(EDGE, seconds / 2.0), found["edge"].lower() != "end"
+        length, is_first = min(EDGE, seconds / 2.0), found["edge"] != "end"
     elif found["side"]:
         limit = min(_seconds(found["limit"], found["of"]), seconds)
-        return (limit, seconds) if found["side"].lower() == "after" else (0.0, limit)
+        return (limit, seconds) if found["side"] == "after" else (0.0, limit)
     else:
-        share = {"half": seconds / 2.0, "third": seconds / 3.0}.get(found["unit"].lower())
+        share = {"half": seconds / 2.0, "third": seconds / 3.0}.get(found["unit"])
         length = _seconds(found["number"] or "1", found["unit"]) if share is None else share
-        is_first = found["which"].lower() == "first"
+        is_first = found["which"] == "first"
     length = min(length, seconds)
     return (0.0, length) if is_first else (seconds - length, seconds)
 
 
 def _seconds(number: str, unit: str) -> float:
-    """A number of seconds or minutes, as written, in seconds."""
-    return float(number.replace(",", ".")) * (60.0 if unit[0] in "mM" else 1.0)
+    """A number of seconds, milliseconds or minutes, as written, in seconds."""
+    if number == "few":
+        return EDGE
+    value = 0.5 if number.startswith("half") else to_number(number)
+    return value * {"m": 60.0, "ms": 0.001, "milli": 0.001}.get(unit, 1.0)
 
 
 MOST_CHARACTERS = 5_000  # Longest question; captions have some 100 characters
