@@ -141,6 +141,7 @@ _MANNERS = (
         "kneeling",
     ),
     (r"seated", "sitting"),
+    (rf"(?:,\s*|with\s+|and\s+)?({_HANDS})\s+not\s+(?=(?:on|at|behind)\b)", r" without \1 "),
     (rf"({_POSED})\s+(?:position|pose|posture)", r"\1"),
     *(
         (way.replace("CLOCKWISE", rf"{before}clockwise"), there.replace("SIDE", side))

@@ -167,6 +167,7 @@ def test_changes_and_named_captures_are_read_as_they_are_meant(text: str, asked:
         ("comes down on one knee", "kneel down"),
         ("jumps with knees up", "jump while raise knee"),
         ("lifts both arms above the head", "raise both arm above the head"),
+        ("walk, hands not on hips", "walk, not both hand hip"),
         ("puts his hands up", "raise hand"),
         ("put the hands on the hips", "put both hand hip"),
         ("throws jabs", "jab"),
