@@ -91,18 +91,7 @@ def _jumps(m: Measured) -> list[Finding]:
     steps = (e[:, 0] > root) | ((e > root).sum(axis=1) >= _WHOLE)
     turns, pushes = np.where(lost, 0.0, _turns(m)), np.where(lost, 0.0, _pushes(m))
     seam = steps | (turns > TURN)
-    pushes[_near(seam)] = 0.0
-    for a, b in joined(runs(seam | (pushes > PUSH)), 0.2 * m.fps):
-        if turns[a:b].max() > TURN and e[a:b, 0].max() < root:
-            size = float(turns[a:b].max())
-            words, measured = f"the whole body turns by {size:.0f} degrees", (size, "degrees", TURN)
-        elif seam[a:b].any():
-            size = float(max(e[a:b, 0].max(), np.median(e[a:b].max(axis=0))))
-            words, measured = f"the whole body jumps by {100 * size:.0f} cm", (size, "m", root)
-        else:
-            size = float(pushes[a:b].max())
-            words, measured = f"the whole body is thrown by {size:.0f} m/s2", (size, "m/s2", PUSH)
-        out.append(said("seam", words, _span(m, a, b), measured, "body", m.points[a, 0]))
+    whole = e.copy()
     e[_near(seam)] = 0.0
     bad = (e > joint) | _there_and_back(m)
     spike = np.where((m.spikes > SPIKE) & (m.fps >= SPIKE_FPS), m.spikes, 0.0)
@@ -116,6 +105,18 @@ def _jumps(m: Measured) -> list[Finding]:
             bad[a:b, joint_] = True
             e[a:b, joint_] = np.maximum(e[a:b, joint_], off[a:b, number])
     bad[_near(seam)] = False
+    pushes[_near(seam | bad.any(axis=1))] = 0.0  # a limb that jumps moves the centre of mass, too
+    for a, b in joined(runs(seam | (pushes > PUSH)), 0.2 * m.fps):
+        if turns[a:b].max() > TURN and whole[a:b, 0].max() < root:
+            size = float(turns[a:b].max())
+            words, measured = f"the whole body turns by {size:.0f} degrees", (size, "degrees", TURN)
+        elif seam[a:b].any():
+            size = float(max(whole[a:b, 0].max(), np.median(whole[a:b].max(axis=0))))
+            words, measured = f"the whole body jumps by {100 * size:.0f} cm", (size, "m", root)
+        else:
+            size = float(pushes[a:b].max())
+            words, measured = f"the whole body is thrown by {size:.0f} m/s2", (size, "m/s2", PUSH)
+        out.append(said("seam", words, _span(m, a, b), measured, "body", m.points[a, 0]))
     bad[:, [I["l_collar"], I["r_collar"]]] = False
     for number in np.flatnonzero(bad.any(axis=0)).tolist():
         for a, b in joined(runs(bad[:, number]), 0.25 * m.fps):
@@ -178,10 +179,10 @@ def _bones(m: Measured) -> tuple[FloatArray, BoolArray]:
     )
     beside = max(1, round(0.025 * m.fps))
     for number in range(len(_BONES)):
-        for a, b in runs(near[:, number]):
-            edges = [off[max(t - beside, 0) : t + beside, number] for t in (a, b)]
-            if max(np.ptp(each) for each in edges) > AT_ONCE * off[a:b, number].max():
-                far[a:b, number] = True
+        for start, end in runs(near[:, number]):
+            edges = [off[max(t - beside, 0) : t + beside, number] for t in (start, end)]
+            if max(np.ptp(each) for each in edges) > AT_ONCE * off[start:end, number].max():
+                far[start:end, number] = True
     return off, np.asarray(far)
 
 

@@ -442,3 +442,16 @@ def test_a_neck_that_curls_slowly_does_not_jump_as_a_head_that_is_elsewhere_does
     found = only(assess(p, FPS), "jumps")
     assert found.sentence.startswith("the head jumps by 4 cm")
     assert found.measure > found.threshold
+
+
+def test_a_joint_that_is_off_in_two_frames_of_120_a_second_jumps() -> None:
+    p = standing(4.0, 120.0)
+    p[240:242, I["r_shoulder"], 2] += 0.06
+    assert only(assess(p, 120.0), "jumps").part == "r_shoulder"
+
+
+def test_legs_that_jump_do_not_throw_the_whole_body() -> None:
+    p = standing(4.0)
+    legs = [I[f"{s}_{j}"] for s in "lr" for j in ("knee", "ankle", "toe")]
+    p[120:123, legs, 0] += 0.5
+    assert kinds(assess(p, FPS)) == {"jumps"}
