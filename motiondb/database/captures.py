@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
@@ -26,6 +27,7 @@ if TYPE_CHECKING:  # loaded by the verbs that need them, so that a question star
     from motiondb.search.by_words import WordAnswer
     from motiondb.search.takings import Taking
 
+_CONDITION = re.compile(r"[=<>~(]|\b(and|or|not)\b", re.IGNORECASE)  # What a filter has, no name
 _SHOWN_COLUMNS = ("name", "duration", "fps", "format", "tags")  # Of a list of captures
 _SHOWN = 8  # Most matches in a picture: more would be too small on a screen
 _LEAST_SHARE = 0.005  # Nats from which on a contribution is drawn: smaller ones round to 0.00
@@ -541,8 +543,8 @@ class Captures(Topic):
         try:
             return self(where)
         except QueryError:
-            if isinstance(where, str) and not set(where) & set("=<>~"):
-                store.load_capture(self.store, where)  # no condition: says that it is no name
+            if isinstance(where, str) and not _CONDITION.search(where):
+                store.load_capture(self.store, where)  # says that it is no name
             raise
 
     def draw_reasons(

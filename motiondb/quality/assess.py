@@ -54,7 +54,7 @@ def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Quality:
     if m is None:
         reason = "some joints never have a place, or not all at once"
         if len(points) / max(1, round(fps / MOST_FPS)) < LEAST_FRAMES:
-            reason = f"{len(points)} frames are too few"
+            reason = f"too few frames, {len(points)}"
         return Quality((), (f"cannot say anything: {reason}",), np.full(n_seconds, 0.5), 0.0, ())
     found = unit_findings(m)
     flown = flights(m)

@@ -30,6 +30,8 @@ PUSH = 30.0  # m/s2, level or down: legs and gravity can do less
 TURN = 15.0  # Degrees
 JOINT_STEP, JOINT_ACCELERATION = 0.08, 400.0
 BONE, RIGID = (0.06, 3.0), (0.03, 10.0)  # Metres, and times as far as a bone is off usually
+AT_ONCE = 0.6  # Of what a rigid bone is off, that comes or goes in 0.05 s: a neck curls slowly
+KNEE = 0.1  # Of a leg by which a knee is bent: markers let straight ones look bent by 0.065
 BACK = 0.14
 SPIKE, SPIKE_FPS = 0.05, 25.0  # at fewer frames a second an arm is off in one by itself
 SWAP, SWAP_SHARE = 0.20, 0.4
@@ -89,18 +91,7 @@ def _jumps(m: Measured) -> list[Finding]:
     steps = (e[:, 0] > root) | ((e > root).sum(axis=1) >= _WHOLE)
     turns, pushes = np.where(lost, 0.0, _turns(m)), np.where(lost, 0.0, _pushes(m))
     seam = steps | (turns > TURN)
-    pushes[_near(seam)] = 0.0
-    for a, b in joined(runs(seam | (pushes > PUSH)), 0.2 * m.fps):
-        if turns[a:b].max() > TURN and e[a:b, 0].max() < root:
-            size = float(turns[a:b].max())
-            words, measured = f"the whole body turns by {size:.0f} degrees", (size, "degrees", TURN)
-        elif seam[a:b].any():
-            size = float(max(e[a:b, 0].max(), np.median(e[a:b].max(axis=0))))
-            words, measured = f"the whole body jumps by {100 * size:.0f} cm", (size, "m", root)
-        else:
-            size = float(pushes[a:b].max())
-            words, measured = f"the whole body is thrown by {size:.0f} m/s2", (size, "m/s2", PUSH)
-        out.append(said("seam", words, _span(m, a, b), measured, "body", m.points[a, 0]))
+    whole = e.copy()
     e[_near(seam)] = 0.0
     bad = (e > joint) | _there_and_back(m)
     spike = np.where((m.spikes > SPIKE) & (m.fps >= SPIKE_FPS), m.spikes, 0.0)
@@ -114,6 +105,18 @@ def _jumps(m: Measured) -> list[Finding]:
             bad[a:b, joint_] = True
             e[a:b, joint_] = np.maximum(e[a:b, joint_], off[a:b, number])
     bad[_near(seam)] = False
+    pushes[_near(seam | bad.any(axis=1))] = 0.0  # a limb that jumps moves the centre of mass, too
+    for a, b in joined(runs(seam | (pushes > PUSH)), 0.2 * m.fps):
+        if turns[a:b].max() > TURN and whole[a:b, 0].max() < root:
+            size = float(turns[a:b].max())
+            words, measured = f"the whole body turns by {size:.0f} degrees", (size, "degrees", TURN)
+        elif seam[a:b].any():
+            size = float(max(whole[a:b, 0].max(), np.median(whole[a:b].max(axis=0))))
+            words, measured = f"the whole body jumps by {100 * size:.0f} cm", (size, "m", root)
+        else:
+            size = float(pushes[a:b].max())
+            words, measured = f"the whole body is thrown by {size:.0f} m/s2", (size, "m/s2", PUSH)
+        out.append(said("seam", words, _span(m, a, b), measured, "body", m.points[a, 0]))
     bad[:, [I["l_collar"], I["r_collar"]]] = False
     for number in np.flatnonzero(bad.any(axis=0)).tolist():
         for a, b in joined(runs(bad[:, number]), 0.25 * m.fps):
@@ -122,6 +125,7 @@ def _jumps(m: Measured) -> list[Finding]:
             words = f"the {_joint(name)} jumps by {100 * size:.0f} cm"
             place = m.points[a, number]
             least = min(joint, SPIKE) if spike[a:b, number].any() else joint
+            least = min(least, RIGID[0] * m.k) if size < least else least
             out.append(said("jumps", words, _span(m, a, b), (size, "m", least), name, place))
     return out
 
@@ -170,8 +174,16 @@ def _bones(m: Measured) -> tuple[FloatArray, BoolArray]:
     length = np.linalg.norm(b - a, axis=-1)
     off = np.abs(length - np.median(length, axis=0))
     usual = np.percentile(off, 75, axis=0)  # a bone that is never of one length says nothing
-    least = np.minimum(*(y * m.k + times_ * usual for y, times_ in (BONE, RIGID)))
-    return off, np.asarray((off > least) & ~m.missing[:, None])
+    far, near = (
+        (off > y * m.k + times_ * usual) & ~m.missing[:, None] for y, times_ in (BONE, RIGID)
+    )
+    beside = max(1, round(0.025 * m.fps))
+    for number in range(len(_BONES)):
+        for start, end in runs(near[:, number]):
+            edges = [off[max(t - beside, 0) : t + beside, number] for t in (start, end)]
+            if max(np.ptp(each) for each in edges) > AT_ONCE * off[start:end, number].max():
+                far[start:end, number] = True
+    return off, np.asarray(far)
 
 
 def _joint(name: str) -> str:
@@ -240,7 +252,8 @@ def _names(m: Measured) -> list[Finding]:
         if clear.mean() > 0.1:
             votes.append(np.asarray((ahead * bend).sum(axis=-1)[clear] > 0))
             back = 1.0 - float(votes[-1].mean())
-            if back > 0.6 and clear.mean() > 0.3:
+            bent = np.percentile(np.linalg.norm(bend, axis=1), 90) > KNEE * m.leg
+            if back > 0.6 and clear.mean() > 0.3 and bent:
                 words, measured = (
                     f"the {_WORDS[s]} knee bends backwards",
                     (back, "of the time", 0.6),

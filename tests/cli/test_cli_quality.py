@@ -21,6 +21,7 @@ def test_what_captures_lack_is_printed_drawn_and_refused(command: Any, some: Pat
     assert Path("jump.json").exists()
     assert "boxes: jump.json" in ended.out
     assert "'nothere': expected the name of a capture" in command("quality", "nothere").err
+    assert "Did you mean duration?" in command("quality", "duratoin in (1, 2)").err
     assert command("quality", "--png", "all.png").code == 2
     assert command("quality", "--boxes", "all.txt").code == 2
     assert command("list", "--where", "not needs").code == 0

@@ -421,3 +421,37 @@ def test_boxes_leave_in_the_axes_of_the_file() -> None:
     assert '<mujoco model="a&lt;b">' in text
     assert text.count("<geom") == 1
     assert turned(Box((1.0, 2.0, 3.0), (1.0, 2.0, 3.0)), "y").size == (1.0, 2.0, 3.0)
+
+
+def test_knees_that_markers_let_look_bent_a_little_are_sound() -> None:
+    p = standing(3.0)
+    for s in "lr":
+        hip, knee, ankle = (I[f"{s}_{j}"] for j in ("hip", "knee", "ankle"))
+        p[:, knee] = (p[:, hip] + p[:, ankle]) / 2.0 - [0.0, 0.0, 0.065 * 0.85]
+    assert "bends" not in kinds(assess(p, FPS))
+
+
+def test_a_neck_that_curls_slowly_does_not_jump_as_a_head_that_is_elsewhere_does() -> None:
+    p = standing(4.0)
+    p[:, I["head"]] = p[:, I["neck"]] + [0.0, 0.1, 0.0]
+    curled = p.copy()
+    hump = np.exp(-(((np.arange(len(p)) / FPS - 2.0) / 0.12) ** 2))
+    curled[:, I["head"], 1] -= 0.043 * hump
+    assert "jumps" not in kinds(assess(curled, FPS))
+    p[120:150, I["head"], 1] -= 0.043
+    found = only(assess(p, FPS), "jumps")
+    assert found.sentence.startswith("the head jumps by 4 cm")
+    assert found.measure > found.threshold
+
+
+def test_a_joint_that_is_off_in_two_frames_of_120_a_second_jumps() -> None:
+    p = standing(4.0, 120.0)
+    p[240:242, I["r_shoulder"], 2] += 0.06
+    assert only(assess(p, 120.0), "jumps").part == "r_shoulder"
+
+
+def test_legs_that_jump_do_not_throw_the_whole_body() -> None:
+    p = standing(4.0)
+    legs = [I[f"{s}_{j}"] for s in "lr" for j in ("knee", "ankle", "toe")]
+    p[120:123, legs, 0] += 0.5
+    assert kinds(assess(p, FPS)) == {"jumps"}

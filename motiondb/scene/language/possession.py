@@ -25,6 +25,7 @@ from motiondb.scene.language.activity import (
     PUT,
     RECEIVER,
     ROLES,
+    SEND,
     STRIKE,
     TAKE,
 )
@@ -98,6 +99,16 @@ def _who_has(diagram: Diagram, element: Element) -> str:
 def _begins(diagram: Diagram, element: Element, *deeds: str) -> bool:
     """Return whether an element does one of these with the object before anything else."""
     return all(diagram.activity.begins(form, *deeds) for form in diagram.forms(element))
+
+
+def _lies_or_flies(diagram: Diagram, taken: Element) -> bool:
+    """Return whether the object lies somewhere, or somebody else sends it before or in the step."""
+    thing, away = diagram.activity.thing, set(diagram.activity.doing(SEND, STRIKE))
+    return bool(thing and thing.at) or any(
+        one.step <= taken.step and one.player != taken.player and away >= set(form.last)
+        for one in diagram.elements
+        for form in diagram.forms(one)
+    )
 
 
 def _holders(diagram: Diagram) -> Iterator[tuple[str, Element | None]]:
@@ -298,7 +309,7 @@ def _act_faults(
             advice = "Let it be given back."
         fields = {"player": name, "thing": thing, "since": str(given or "")}
         yield _fault(element, what, gone, advice, "empty_handed", **fields)
-    elif takes and not (diagram.activity.thing and diagram.activity.thing.at):
+    elif takes and not _lies_or_flies(diagram, element):
         advice = f"Give it to {name} instead, or say where it lies: 'object {thing} at PLACE'."
         yield _fault(element, f"a {thing} to take", "none that lies anywhere", advice)
     elif not act.part and _begins(diagram, element, STRIKE) and _who_has(diagram, element):

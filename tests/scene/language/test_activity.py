@@ -685,3 +685,25 @@ def test_steps_that_come_at_a_time_are_synchronised() -> None:
     (timed,) = rows[rows["kind"] == SYNCHRONISATION]  # a way begins then, however long it is
     assert bind(diagram, WAYS, trees).partners[timed["partner_first"]] == 0
     assert diagram.elements[1].to == Spot(5.0, 3.0)
+
+
+def test_what_somebody_sends_may_be_drawn_to_be_caught() -> None:
+    rally = read_motion_grammar(
+        """
+        start S
+        object ball size 24 cm
+        S -> serve | hit | catch | serve S | hit S | catch S
+        serve := "serve" when asked
+        hit := "hit" when asked
+        catch := "catch" when asked
+        serve: send(ball, receiver)
+        hit: strike(ball, receiver)
+        catch: take(ball)
+        hit, catch answers serve | hit after 0.9 s
+        """,
+        "rally",
+    )
+    players = "player A at -2 0\nplayer B at 2 0\nball A\n"
+    drawn = players + "1 serve A to B\n2 hit B to A\n"
+    assert texts(rally, drawn + "3 catch A") == {"A": "(serve)(catch)", "B": "(hit)"}
+    assert "found none that lies anywhere" in refusal(rally, players + "1 catch B\n2 serve A to B")
