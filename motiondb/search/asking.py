@@ -234,7 +234,7 @@ def understand(
     """
     takings = takings or {}
     hints = hints_of(takings)
-    known = with_hints(sentence.in_known_words(asked.added), hints)
+    known = with_hints(sentence.in_known_words(asked.added, is_seen=looks_at_motion), hints)
     only = _as_measured(asked, only_action(sentence)) if looks_at_motion else ()
     degree = asked_degree(sentence) if looks_at_motion else None
     measured = measured_words(only) & known.unknown.keys()

@@ -18,7 +18,7 @@ from motiondb.meaning.occurrences import find_occurrences
 from motiondb.meaning.postures import sitting
 from motiondb.records import FloatArray
 from motiondb.search import by_words
-from motiondb.search.asking import excluded_event
+from motiondb.search.asking import excluded_event, understand_learned
 from motiondb.search.measured_answers import _done_though_excluded, _ways
 from motiondb.search.measured_postures import events_of_side
 from motiondb.search.placing import PartPlace
@@ -395,6 +395,15 @@ def test_a_part_of_a_take_of_which_it_is_open_what_is_there_is_told(
     answer = db.search(question, limit=3)
     assert left in [part.text for part in answer.not_used]
     assert left not in answer.measured
+
+
+def test_without_the_motion_a_posture_that_no_caption_says_is_not_used(
+    db: motiondb.MotionDB,
+) -> None:
+    question = understand_learned(db.learned, "defend with arms wide, then crawl")
+    assert question.known.understood == "defend"
+    answer = by_words.search_words(question, db.learned.rows, 3, written=False)
+    assert len(answer.matches) == 3
 
 
 def test_another_number_comes_before_another_action(db: motiondb.MotionDB) -> None:
