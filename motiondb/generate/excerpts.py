@@ -36,7 +36,7 @@ from motiondb.generate.action_sources import Source
 from motiondb.generate.cycles import Loop, best_loop, calmest_phase, find_period, repeat
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import IN_PLACE, as_said
+from motiondb.language.vocabulary import IN_PLACE
 from motiondb.meaning.direction import (
     ACTIONS,
     OCCURRING,
@@ -47,7 +47,7 @@ from motiondb.meaning.direction import (
     lacking,
 )
 from motiondb.meaning.extents import whole_occurrences
-from motiondb.meaning.limb_sides import limb_held
+from motiondb.meaning.limb_sides import hop_on
 from motiondb.meaning.occurrences import COUNTED, FLIGHTS, find_occurrences
 from motiondb.meaning.travelled import directions_to_measure
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
@@ -349,8 +349,8 @@ def counted_word(action: PlannedAction) -> str | None:
     """
     for group in action.groups:
         is_sided = bool(SIDES.intersection(group) and LIMBS.intersection(group))
-        if "hop" in group and (held := limb_held(group)):
-            return f"hop {as_said(held[0])}"
+        if hop_on(group):
+            return hop_on(group)
         for word in group:
             if word in COUNTED and not (is_sided and word in OCCURRING):
                 return word

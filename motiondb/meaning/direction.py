@@ -44,8 +44,8 @@ from motiondb.language.vocabulary import IN_PLACE, TRAVELS, as_said
 from motiondb.meaning.limb_sides import (
     LEGS,
     PUNCHES,
+    hop_on,
     is_at_rest,
-    limb_held,
     limbs_to_measure,
     say_other_limb,
     side_amount,
@@ -153,9 +153,8 @@ def directions_of(words: Sequence[str]) -> tuple[str, ...]:
     limbs = [
         f"{side} {limb}{'' if limb in LEGS else out}" for side, limb in limbs_to_measure(words)
     ]
-    held = limb_held(words) if "hop" in words else ()
-    if held:
-        return (f"hop {as_said(held[0])}", *_travelled(words))
+    if hop_on(words):
+        return (hop_on(words), *_travelled(words))
     is_sided = bool(SIDES.intersection(words) and LIMBS.intersection(words))
     vertical = [w for w in words if w in VERTICAL and {*_SAID_BY[w]}.isdisjoint(words)]
     named = [word for word in words if word in ACTIONS and not (word in OCCURRING and is_sided)]

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from motiondb.body import body, rotation
 from motiondb.body.features import VELOCITY_SECONDS, VELOCITY_WEIGHT
 from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import OUT_AHEAD, OUT_ASIDE, SINGLE
+from motiondb.language.vocabulary import OUT_AHEAD, OUT_ASIDE, SINGLE, as_said
 from motiondb.records import Float32Array, FloatArray
 
 LEAST = 1.0 / 3.0  # Smallest share of a limb that moves
@@ -113,6 +113,16 @@ def limb_held(words: Sequence[str]) -> tuple[str, ...]:
         return ()
     found = [p for p in pairwise(words) if p[0] in ("left", "right", SINGLE) and p[1] in LEGS]
     return found[0] if found else ()
+
+
+def hop_on(words: Sequence[str]) -> str:
+    """The event of hops on the leg of a side, or on one, that an action names; "" if it names none.
+
+    >>> hop_on(("hop", "left", "foot")), hop_on(("hop", SINGLE, "leg")), hop_on(("hop", "left"))
+    ('hop left', 'hop one', '')
+    """
+    held = limb_held(words) if "hop" in words else ()
+    return f"hop {as_said(held[0])}" if held else ""
 
 
 def arm_raised(words: Sequence[str]) -> str | None:
@@ -211,6 +221,7 @@ def places_of_hands(positions: FloatArray, facing: FloatArray) -> FloatArray:
     at = {name: positions[:, n] for name, n in body.INDEX.items()}
     ahead = np.column_stack([np.sin(facing), np.zeros(len(facing)), np.cos(facing)])
     up = np.array([0.0, 1.0, 0.0])
+    to_left = np.cross(up, ahead)
     places = {
         "head": at["head"] + FACE * rotation.normalize(at["head"] - at["neck"]),
         "chest": at["chest"] + 0.1 * ahead,
@@ -235,14 +246,16 @@ def places_of_hands(positions: FloatArray, facing: FloatArray) -> FloatArray:
         bent = reach < BENT * long
         out = rotation.normalize(wrist - shoulder)
         level = (reach > STRETCHED * long) & (np.abs(out[:, 1]) < LEVEL_ARM)
-        aside = np.cross(up, ahead) * (1.0 if side == "l" else -1.0)
-        for name, way in (("side", aside), ("front", ahead)):
-            near[name] = np.where(level & ((out * way).sum(axis=1) > OUT), 0.0, np.inf)
+        ways = {"side": to_left if side == "l" else -to_left, "front": ahead}
+        is_out = {name: level & ((out * way).sum(axis=1) > OUT) for name, way in ways.items()}
         behind = ((palm - at["pelvis"]) * ahead).sum(axis=1) < -0.05
         bent_at = {"left hip": bent, "right hip": bent, "back": bent & behind}
         for n, place in enumerate(HAND_PLACES):
-            is_near = near[place] < (_NEAR.get(place) or _NEAR.get(place.split()[-1], 1.0))
-            bits += (is_near & bent_at.get(place, True)) * 2.0 ** (n + hand * len(HAND_PLACES))
+            if place in is_out:
+                is_at = is_out[place]
+            else:
+                is_at = near[place] < (_NEAR.get(place) or _NEAR[place.split()[1]])
+            bits += (is_at & bent_at.get(place, True)) * 2.0 ** (n + hand * len(HAND_PLACES))
     return bits
 
 

@@ -69,7 +69,8 @@ def place_in_time(
     def lies_there(one: tuple[int, int]) -> bool:
         return inside(one) >= min(LEAST_INSIDE, max((one[1] - one[0]) // 2, 1))
 
-    here, event = (place.start, place.end), event_of(actions[0]) if len(actions) == 1 else ""
+    here = place.start, place.end
+    event = event_of(actions[0]) if len(actions) == 1 else ""
     events = seen.events(event) if event and not seen.is_away else []
     if not place.unknown and lies_there(here) and not events:
         return unsure(place), []

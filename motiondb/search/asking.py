@@ -169,6 +169,13 @@ class AskedQuestion:
         """Whether answers are ordered by how long a posture is held, since no word tells more."""
         return self.is_seen_alone and self.readings[0].parts[0].is_seen
 
+    @property
+    def sign(self) -> float:
+        """1: the more of what was measured, the better; -1: the less; 0: neither."""
+        if self.degree is not None:
+            return self.degree.sign
+        return 1.0 if self.by_length else -1.0 if self.time else 0.0
+
     @cached_property
     def taken(self) -> dict[str, Taking]:
         """Unknown words for which known ones stand."""

@@ -275,10 +275,8 @@ def search_words(
 
     place = cache(partial(_place, question, frames=frames))  # few are looked at, some twice
     shown_alone = cache(partial(_best_alone, question, allowed, is_told))
-    sign = 1.0 if question.by_length else -1.0 if question.time else 0.0
-    sign = question.degree.sign if question.degree else sign
     contradicts = cache(partial(_is_surely_against, question, frames))
-    judge = Judged(judged, place, is_checked, contradicts, shown_alone, sign)
+    judge = Judged(judged, place, is_checked, contradicts, shown_alone, question.sign)
     first = judge.first(limit)
     ranked = {each.capture: each for each in first}
     for answer in _by_odds(rest):

@@ -154,7 +154,9 @@ def compare_with_motion(
         placed,
         parts=tuple(places),
         contradicted=spoken,
-        is_miscounted=miscounted == {*spoken} != set() and not is_surely_against(question, seen, n),
+        is_miscounted=bool(spoken)
+        and miscounted == {*spoken}
+        and not is_surely_against(question, seen, n),
         is_unclear=unclear,
         amount=amount,
         gauged=tuple(gauged),
@@ -327,10 +329,10 @@ def _at_events(
     if is_repeated(part):
         groups = [g for g in (found, *groups) if _fits(part, len(g))]
         if not groups:
-            n = len(found)
+            n, least = len(found), 0 if part.least == 1 and part.most else part.least
             return (
                 unsure(place),
-                [f"{as_said(event)} {say_count(n, n)}, not {_say_times(part)}"],
+                [f"{as_said(event)} {say_count(n, n)}, not {say_count(least, part.most)}"],
                 True,
             )
     if not found:
@@ -369,10 +371,6 @@ def _at_events(
 def _fits(part: Part, n: int) -> bool:
     """Whether an event occurs as often as a part asks for."""
     return part.least <= n and (part.most is None or n <= part.most)
-
-
-def _say_times(part: Part) -> str:
-    return say_count(0 if part.least == 1 and part.most else part.least, part.most)
 
 
 def _groups(found: Sequence[tuple[int, int]]) -> list[list[tuple[int, int]]]:

@@ -10,7 +10,14 @@ import numpy as np
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.tree import SIDES
 from motiondb.language.vocabulary import SINGLE, as_said
-from motiondb.meaning.limb_sides import PLAIN, limb_held, limb_speeds, limbs_to_measure, side_amount
+from motiondb.meaning.limb_sides import (
+    PLAIN,
+    hop_on,
+    limb_held,
+    limb_speeds,
+    limbs_to_measure,
+    side_amount,
+)
 from motiondb.meaning.occurrences import is_on_foot
 from motiondb.meaning.postures import posture_of, say_posture, sitting, standing
 from motiondb.meaning.travelled import turning
@@ -116,13 +123,12 @@ def on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> 
     held = limb_held(action)
     if not held:
         return []
-    side = as_said(held[0])
     leg = f"one {held[1]}" if held[0] == SINGLE else f"the {' '.join(held)}"
-    if "hop" in action:
-        hops = seen.events(f"hop {side}")
-        is_on = any(a < place.end and b > place.start for a, b in hops)
+    hop = hop_on(action)
+    if hop:
+        is_on = any(a < place.end and b > place.start for a, b in seen.events(hop))
     else:
-        is_on = is_on_foot(seen.track[place.start : place.end, 4:6], side)
+        is_on = is_on_foot(seen.track[place.start : place.end, 4:6], as_said(held[0]))
     return [] if is_on else [f"is not on {leg} alone"]
 
 
@@ -133,8 +139,8 @@ def events_of_side(
 
     Of other events those in which its limb clearly moves, all if there is none.
     """
-    if "hop" in action and limb_held(action):
-        hops = seen.events(f"hop {as_said(limb_held(action)[0])}")
+    if hop_on(action):
+        hops = seen.events(hop_on(action))
         return [hop for hop in found if hop in hops]
     if turning(action) and len(SIDES.intersection(action)) == 1 and not seen.is_away:
         sign = 1.0 if "left" in action else -1.0

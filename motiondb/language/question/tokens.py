@@ -35,16 +35,14 @@ from motiondb.language.question.amounts import (
     match_measure,
     match_number,
     spread_amounts,
-    to_number,
 )
 from motiondb.language.question.tree import LIMBS, NotUsed
 from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
 
 _SECONDS = rf"{NUMBER}\s*(?:s|sec|secs|seconds?|min|mins|minutes?|ms|milliseconds?)"
 _HALF = r"half\s+(?:a\s+)?"
-_PART = (
-    rf"(?:first|last|final)\s+(?:{_SECONDS}|(?:{_HALF})?(?:second|minute)|few\s+seconds|half|third)"
-)
+_LENGTH = rf"(?:{_SECONDS}|(?:{_HALF})?(?:second|minute)|few\s+seconds|half|third)"
+_PART = rf"(?:first|last|final)\s+{_LENGTH}"
 _EDGE = r"the\s+(?:very\s+)?(?:beginning|start|end)"
 _WORDS = (
     (
@@ -170,10 +168,9 @@ def match_connective(text: str, place: int) -> tuple[str, re.Match[str]] | None:
 
 EDGE = 3.0  # Seconds of a take, or half of it, that are its beginning or its end
 _TIME_OF_TAKE = re.compile(
-    r"(?:(?:with)?in|during|for)\s+the\s+(?P<which>first|last|final)\s+"
-    rf"(?:(?P<number>{NUMBER}|{_HALF}|few)\s*)?(?P<unit>half|third|ms|milli|m|s)\w*"
+    rf"(?:(?:with)?in|during|for)\s+the\s+(?P<which>first|last|final)\s+(?P<length>{_LENGTH})"
     r"|at\s+the\s+(?:very\s+)?(?P<edge>beginning|start|end)(?:\s+of\b.*)?"
-    rf"|(?P<side>after|before)\s+(?:the\s+first\s+)?(?P<limit>{NUMBER})\s*(?P<of>ms|milli|m|s)\w*",
+    rf"|(?P<side>after|before)\s+(?:the\s+first\s+)?(?P<limit>{_SECONDS})",
 )
 
 
@@ -192,25 +189,23 @@ def time_of_take(text: str, seconds: float) -> tuple[float, float] | None:
     found = _TIME_OF_TAKE.fullmatch(text.strip().lower())
     if found is None:
         return None
+    if found["side"]:
+        limit = min(_duration(found["limit"]), seconds)
+        return (limit, seconds) if found["side"] == "after" else (0.0, limit)
     if found["edge"]:
         length, is_first = min(EDGE, seconds / 2.0), found["edge"] != "end"
-    elif found["side"]:
-        limit = min(_seconds(found["limit"], found["of"]), seconds)
-        return (limit, seconds) if found["side"] == "after" else (0.0, limit)
     else:
-        share = {"half": seconds / 2.0, "third": seconds / 3.0}.get(found["unit"])
-        length = _seconds(found["number"] or "1", found["unit"]) if share is None else share
+        share = {"half": seconds / 2.0, "third": seconds / 3.0}.get(found["length"])
+        length = _duration(found["length"]) if share is None else share
         is_first = found["which"] == "first"
     length = min(length, seconds)
     return (0.0, length) if is_first else (seconds - length, seconds)
 
 
-def _seconds(number: str, unit: str) -> float:
-    """A number of seconds, milliseconds or minutes, as written, in seconds."""
-    if number == "few":
-        return EDGE
-    value = 0.5 if number.startswith("half") else to_number(number)
-    return value * {"m": 60.0, "ms": 0.001, "milli": 0.001}.get(unit, 1.0)
+def _duration(text: str) -> float:
+    """The seconds of "2 s", "half a second", "second" and "few seconds"."""
+    found = match_duration(text) or match_duration(f"one {text}")
+    return EDGE if found is None else found[1]
 
 
 MOST_CHARACTERS = 5_000  # Longest question; captions have some 100 characters
