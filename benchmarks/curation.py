@@ -18,7 +18,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from capture_quality import feet_swapped, frozen, jump, seam, table
+from capture_quality import table
+from planted_faults import feet_swapped, frozen, jump, seam
 from sklearn.ensemble import ExtraTreesRegressor
 from sklearn.linear_model import Ridge
 
