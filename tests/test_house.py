@@ -76,6 +76,7 @@ OPENERS = {
     "motiondb/store/moving.py": "its own drafts",
     "motiondb/fetch/download.py": "its own parts",
     "motiondb/language/word_vectors": "the package's own",
+    "motiondb/language/phrases.py": "the package's own",
     "motiondb/scene/language/texts.py": "the package's own",
     "motiondb/page": "its own files, and uploads",
     "cli/main.py": "the null device",

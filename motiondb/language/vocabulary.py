@@ -55,6 +55,7 @@ left right forward backward up down over under around through out off into acros
 below straight back front side sideways both upper lower inside outside away near far high low arm
 hand leg foot knee head hip shoulder elbow chin ankle body chest wrist finger toe waist quick
 quickly slow slowly fast large small wide big sudden suddenly stationary circular overhead theone
+mostoften leastoften
 """
 MODIFIERS = frozenset(_MODIFIERS.split())
 """Lemmas of manner, direction and body parts: alone they belong to the action before."""
@@ -74,6 +75,7 @@ SINGLE = "theone"  # Likewise for "on one leg"; no word, so that none is lost
 OVERHEAD = "overhead"  # Likewise for "above the head", and "in the air" of hands
 BOX = "thebox"  # For a box that is a thing: to box is another word
 OUT_ASIDE, OUT_AHEAD = "outaside", "outahead"  # For arms out to the sides, and in front
+MOST_OFTEN, LEAST_OFTEN = "mostoften", "leastoften"  # For "the most jumps", "the fewest jumps"
 FIGURE_EIGHT = "figureeight"  # For "in a figure eight": not a number of times
 _LEGGED = ("cross", "bow", "knock", "stiff", "straight", "bare", "flat")
 _SAID = {
@@ -85,6 +87,7 @@ _SAID = {
     IN_PLACE: "in place",
     IN_A_CIRCLE: "in a circle",
     SINGLE: "one",
+    **{MOST_OFTEN: "most often", LEAST_OFTEN: "least often"},
     BOX: "a box",
     OVERHEAD: "above the head",
 }

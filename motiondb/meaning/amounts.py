@@ -38,6 +38,7 @@ limbs    any other action: the speed of hands and feet  fast, quick, rapid, bris
 time     travelling: how long the interval lasts, s     long; short
 step     "steps", "strides": the way over the ground    long; short, tiny
          from one step to the next, in the mean, m
+count    events: how often in the whole take            most often; least often
 =======  =============================================  ===================================
 
 These words have no bounds: they order the motions that show the action. The speeds of hands and
@@ -55,8 +56,9 @@ import numpy as np
 from motiondb.body.features import runs
 from motiondb.language.question import amounts
 from motiondb.language.question.amounts import Measure
+from motiondb.language.question.readings import say_count
 from motiondb.language.question.tree import LIMBS
-from motiondb.language.vocabulary import MODIFIERS, TRAVELS
+from motiondb.language.vocabulary import LEAST_OFTEN, MODIFIERS, MOST_OFTEN, TRAVELS
 from motiondb.meaning.limb_sides import PUNCHES
 from motiondb.meaning.occurrences import BEGINNING, FLIGHTS, event_of, find_occurrences
 from motiondb.meaning.postures import LEANS, LOW, STANDING
@@ -102,6 +104,7 @@ _OF_OTHERS: tuple[tuple[frozenset[str], dict[str, tuple[str, float]]], ...] = (
     (frozenset(LEANS), _speeds_as("limbs") | {w: ("leaning", sign) for w, sign in _DEPTHS.items()}),
 )
 """Words of actions that neither travel nor fly, and those of their degrees."""
+_OF_COUNTS = {MOST_OFTEN: ("count", 1.0), LEAST_OFTEN: ("count", -1.0)}
 _OF_STEPS = {"long": ("step", 1.0), "short": ("step", -1.0), "tiny": ("step", -1.0)}
 _STEPS = frozenset(("step", "stride"))
 _TRAVELS = TRAVELS | {"gait", "locomotion"}
@@ -113,6 +116,7 @@ _UNITS = {
     **{"foot": "m/s of a foot", "raised": "m up of a foot", "turning": "degrees/s"},
     **{"depth": "m lower", "leaning": "degrees of leaning"},
 }
+_DIGITS = {"speed": 1, "time": 1, "turning": 0, "leaning": 0}
 _COLUMNS = {"hand": [7, 9], "foot": [10, 11], "turning": [3]}
 """Columns of the track whose means over half a second are compared."""
 PASSED = 0.08  # Metres by which one foot must be ahead of the other before it is passed again
@@ -150,6 +154,8 @@ class Degree:
             return float(way / steps) if steps > 1 else float("nan")
         if self.measure == "limbs":
             return float(inside[:, [7, 9, 10, 11]].mean())
+        if self.measure == "count":
+            return float(len(find_occurrences(track, self.event)) or "nan")
         times = [t for t in find_occurrences(track, self.event) if t[0] < behind and t[1] > first]
         return max((self._of_event(track, *time) for time in times), default=float("nan"))
 
@@ -173,10 +179,12 @@ class Degree:
     def say(self, amount: float) -> str:
         """What was measured, in plain words.
 
-        >>> Degree("speed", 1.0, frozenset()).say(4.316)
-        '4.3 m/s'
+        >>> Degree("speed", 1.0, frozenset()).say(4.316), Degree("count", 1.0, frozenset()).say(1.0)
+        ('4.3 m/s', 'once')
         """
-        digits = {"speed": 1, "time": 1, "turning": 0, "leaning": 0}.get(self.measure, 2)
+        if self.measure == "count":
+            return say_count(int(amount), int(amount))
+        digits = _DIGITS.get(self.measure, 2)
         return f"{amount:.{digits}f} {_UNITS[self.measure]}"
 
 
@@ -194,7 +202,7 @@ def count_steps(track: FloatArray) -> int:
 
 def is_of_degree(word: str) -> bool:
     """Whether a word says how fast, high, far or long something is."""
-    ways = (_OF_TRAVEL, _OF_JUMPS, _OF_KICKS, _DEPTHS, _OF_STEPS)
+    ways = (_OF_TRAVEL, _OF_JUMPS, _OF_KICKS, _DEPTHS, _OF_STEPS, _OF_COUNTS)
     return any(word in way for way in ways)
 
 
@@ -211,6 +219,8 @@ def degree_of(words: Sequence[str]) -> Degree | None:
     ('kick', 'limbs')
     >>> degree_of(("run", "long")).measure, degree_of(("walk", "long", "stride")).measure
     ('time', 'step')
+    >>> degree_of(("kick", MOST_OFTEN)).measure, degree_of(("wave", MOST_OFTEN))
+    ('count', None)
     """
     jumps, steps = not _JUMPS.isdisjoint(words), not _STEPS.isdisjoint(words)
     by_speed = not {*_FAST, *_SLOW}.isdisjoint(words)  # by which "a fast walk with long steps" goes
@@ -221,6 +231,8 @@ def degree_of(words: Sequence[str]) -> Degree | None:
     of, table = others[0] if others else (frozenset(words), _speeds_as("limbs") if acts else {})
     table = travel if travels else table
     table = _OF_JUMPS if jumps else table
+    counted = event_of([word for word in words if word not in _OF_COUNTS])
+    table = table | (_OF_COUNTS if counted else {})
     named = {word for word in words if word in table}
     if not jumps and ((steps and by_speed) or not {*words} - named <= TRAVELS):
         named -= _LASTING  # a long walk, but no long wave
@@ -231,7 +243,8 @@ def degree_of(words: Sequence[str]) -> Degree | None:
     if measure == "step" and not TRAVELS.isdisjoint({*words} - _STEPS):
         named |= _STEPS.intersection(words)  # "walk with long steps" is looked for as a walk
     event = "punch" if measure == "hand" else event_of([word for word in words if word in of])
-    return Degree(measure, sign, frozenset(named), "jump" if jumps else event)
+    event = counted if measure == "count" else "jump" if jumps else event
+    return Degree(measure, sign, frozenset(named), event)
 
 
 WITHIN = {"angle": 15.0, "way": 0.15, "speed": 0.2, "steps": 0.0}  # Degrees, m, m/s

@@ -99,7 +99,7 @@ FULL = {
     "climb": 0.4,
     **dict.fromkeys(EVERY_POSTURE, 0.5),
     **{one: 0.13 for one in EVERY_POSTURE if one.endswith((" floor", " foot"))},
-    **{one: 0.25 for one in EVERY_POSTURE if one.startswith("land")},
+    **{one: 0.25 for one in EVERY_POSTURE if one.startswith(("land", "takeoff"))},
 }
 """Word -> full amount, in the units of the table."""
 VERTICAL = ("up", "down")

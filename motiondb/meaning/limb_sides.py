@@ -34,7 +34,9 @@ PUNCHES = frozenset(("punch", "jab", "uppercut", "box", "hit", "thrust"))
 _HOLDING_TEXT = "stand hop balance land lean rest support hang hold kneel"
 HOLDING = frozenset(_HOLDING_TEXT.split())
 """Actions whose limb is the one that rests: who hops on the left leg may move the other."""
-_ON_ONE_LEG = frozenset(("hop", "stand", "balance", "spin", "rotate", "pirouette", "land"))
+_ON_ONE_LEG = frozenset(
+    ("hop", "stand", "balance", "spin", "rotate", "pirouette", "land", "takeoff")
+)
 _RAISES = frozenset(("raise", "lift", "up", "overhead"))
 LOWERS = frozenset(("lower", "drop", "down", "put", "bring"))
 PLAIN = frozenset(("hold", "put", "keep", "stretch", "throw", "stick"))

@@ -28,6 +28,7 @@ turn, spin          a time in which the body turns quickly, and far enough
 stop                the end of a time of at least 0.5 s in which somebody travels, and rests within
                     1 s after it
 land                the end of a flight: "land left" is on the left foot alone for 0.2 s
+takeoff             the beginning of a flight, likewise
 ==================  =============================================================================
 
 So raised knees, arabesques, climbing, and legs in the air of somebody who is upside down are no
@@ -211,8 +212,8 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
     if word in ("seat", "rise", "stop"):
         return _ends(track, word)
     what, _, side = word.partition(" ")
-    if what == "land":
-        return _landings(track, side)
+    if what in ("land", "takeoff"):
+        return _ends_of_flights(track, what, side)
     if what in ("stand", "sit", *POSED):
         return find_postures(track, word)
     if word in ("turn", "spin"):
@@ -255,6 +256,13 @@ def _stops(track: FloatArray) -> list[tuple[int, int]]:
     travels = [(a, b) for a, b in closed_runs(np.asarray(speed > RESTS)) if b - a >= STEP]
     rests = [b for _, b in travels if speed[b : b + 2 * STEP].min(initial=np.inf) < STOPPED]
     return [(max(b - 20, 0), min(b + STEP, len(track))) for b in rests]
+
+
+def _ends_of_flights(track: FloatArray, what: str, side: str) -> list[tuple[int, int]]:
+    """The landings of a side, or the times in which it takes off: landings, backwards in time."""
+    if what == "land":
+        return _landings(track, side)
+    return [(len(track) - b, len(track) - a) for a, b in reversed(_landings(track[::-1], side))]
 
 
 def _landings(track: FloatArray, side: str) -> list[tuple[int, int]]:
@@ -344,6 +352,20 @@ def _kicking(track: FloatArray, foot: int) -> NDArray[np.bool_]:
         is_long = end - start >= SHORTEST_KICK and track[highest, 18 + foot] >= -BEHIND
         kept[start:end] = is_quick and is_stretched and is_upright and is_long
     return kept
+
+
+def flown(track: FloatArray, flight: tuple[int, int]) -> tuple[float, float]:
+    """How far a flight goes to the left and ahead, m, as seen from where it takes off.
+
+    >>> track = np.zeros((30, 6)); track[:15, 2] = track[15:, 1] = 1.0; track[15, 3] = -15.0 * np.pi
+    >>> [round(way, 2) + 0.0 for way in flown(track, (0, 30))]
+    [0.0, 1.0]
+    """
+    left, ahead, turned = track[slice(*flight), 1:4].T / MOTION_FPS
+    heading = np.cumsum(turned)
+    aside = left * np.cos(heading) + ahead * np.sin(heading)
+    before = ahead * np.cos(heading) - left * np.sin(heading)
+    return float(aside.sum()), float(before.sum())
 
 
 def _beside(feet: FloatArray, flight: tuple[int, int]) -> FloatArray:

@@ -44,7 +44,7 @@ from numpy.typing import NDArray
 from motiondb.body import body
 from motiondb.body.features import runs
 from motiondb.language.question.tree import LIMBS, SIDES
-from motiondb.language.vocabulary import SINGLE, as_said
+from motiondb.language.vocabulary import MODIFIERS, SINGLE, as_said
 from motiondb.meaning.limb_sides import (
     LEGS,
     LOWERS,
@@ -69,7 +69,9 @@ SHORTEST_SEAT, SHORTEST_LEAN = 30, 9  # Frames
 GOING, MOVING = 0.2, 0.4
 """Speed of the pelvis over the ground, and of a hand or foot relative to the pelvis, m/s, above
 which somebody moves: who stands sways more slowly."""
-_POSED_TEXT = "raise overhead lower lie kneel on still at land lift low stoop lunge allfours"
+_POSED_TEXT = (
+    "raise overhead lower lie kneel on still at land takeoff lift low stoop lunge allfours"
+)
 POSED = frozenset(_POSED_TEXT.split())
 """First words of postures, and of a change between them, that are measured where captions do not
 say them."""
@@ -77,13 +79,13 @@ _HANDS = ("", " left", " right", " both")
 EVERY_POSTURE = (
     *(f"{what}{side}" for what in ("raise", "overhead", "lower") for side in _HANDS),
     *(f"on {side} leg" for side in ("left", "right", "one")),
-    *(f"land{side}" for side in (*_HANDS, " one")),
+    *(f"{what}{side}" for what in ("land", "takeoff") for side in (*_HANDS, " one")),
     *(f"lift{side}" for side in _HANDS[:3]),
     *(f"at {side} {place}" for side in ("any", "left", "right", "both") for place in PLACES_ASKED),
     *("lie", "kneel", "still", "stand", "sit", "low", "stoop", "lunge", "allfours"),
 )
 """The postures of ``POSED`` with their sides, and those in which something else is done."""
-HELD = frozenset(("handstand", "sit", *POSED)) - {"lower", "land"}
+HELD = frozenset(("handstand", "sit", *POSED)) - {"lower", "land", "takeoff"}
 """Events that last for as long as a posture is held, or their first words."""
 RAISED, ABOVE_HEAD = -0.05, 0.1
 """Height of a wrist above its shoulder, and above the joint of the head, m, of a raised hand."""
@@ -117,6 +119,7 @@ _WITH_POSTURE = {
     "low": frozenset(("stay", "low", "down")),
     "stoop": frozenset(("stoop", "over", "forward", "down")),
     "land": _WITH_LEGS | {"land", "down", "floor", "ground"},
+    "takeoff": _WITH_LEGS | {"takeoff"},
     "lie": frozenset(("lie", "down", "still", "floor", "ground")),
     "lunge": frozenset(("lunge", "forward")),
     "allfours": frozenset(
@@ -124,6 +127,11 @@ _WITH_POSTURE = {
     ),
 }
 """Words beside which a posture is asked for, and nothing else."""
+_OF_SIZE = MODIFIERS | {"deep", "shallow", "long", "short"}
+_PLAIN_POSTURES = {"crawl": "allfours"} | {
+    word: word for word in ("lie", "kneel", "stoop", "lunge", "allfours")
+}
+"""Words that name a posture by themselves -> the posture."""
 STANDING = body.LEG_LENGTH + body.ANKLE_HEIGHT  # Height of the pelvis in standing, m
 PAUSE = 3  # Frames (0.1 s) up to which a break does not end an occurrence
 
@@ -156,17 +164,15 @@ def _posture_of(action: tuple[str, ...]) -> str:
     if lowered is not None:
         return f"lower {lowered}".strip()
     held = limb_held(action)
-    if "land" in words:
+    flown = words.intersection(("land", "takeoff"))
+    if flown:
         both = "both" if "both" in words else ""
-        return f"land {as_said(held[0]) if held else both}".strip()
+        return f"{min(flown)} {as_said(held[0]) if held else both}".strip()
     if "stand" in words or "balance" in words:
         return f"on {as_said(held[0])} leg" if held else "still" if "still" in words else ""
     if {"stay", "low"} <= words:
         return "low"
-    if "crawl" in words:
-        return "allfours"
-    plain = ("lie", "kneel", "stoop", "lunge", "allfours")
-    return next((word for word in action if word in plain), "")
+    return next((_PLAIN_POSTURES[word] for word in action if word in _PLAIN_POSTURES), "")
 
 
 def say_posture(posture: str) -> str:
@@ -189,6 +195,7 @@ def say_posture(posture: str) -> str:
             "floor": f"touch the floor with {hands}",
         }.get(place, f"hold {hands} at the {place}"),
         "land": "land on both feet" if side == "both" else f"land on {foot} alone",
+        "takeoff": f"take off from {'both feet' if side == 'both' else f'{foot} alone'}",
         "on": f"stand on {'one leg' if side == 'one leg' else f'the {side}'} alone",
         "raise": f"raise {hands}",
         "lift": f"raise {f'the {side}' if side else 'a'} knee",
@@ -198,7 +205,7 @@ def say_posture(posture: str) -> str:
         "low": "stay low",
         "allfours": "go on all fours",
     }
-    return posture if posture == "land" else said.get(what, what)
+    return {"land": "land", "takeoff": "take off"}.get(posture) or said.get(what, what)
 
 
 def is_held(event: str) -> bool:
@@ -220,6 +227,21 @@ def is_posture_alone(action: Sequence[str]) -> bool:
     """
     what = posture_of(action).split(" ")[0]
     return what == "at" or (bool(what) and _WITH_POSTURE[what].issuperset(action))
+
+
+def beside_posture(action: Sequence[str]) -> tuple[str, ...]:
+    """What an action says of its posture that is not measured: ways, limbs and sizes.
+
+    >>> beside_posture(("lunge", "left")), beside_posture(("kneel", "left", "knee"))
+    (('left',), ('left',))
+    >>> beside_posture(("lunge", "wave")), beside_posture(("walk", "left"))
+    ((), ())
+    """
+    what = posture_of(action).split(" ")[0]
+    if not what or what == "at":
+        return ()
+    beside = tuple(word for word in action if word not in _WITH_POSTURE[what])
+    return beside if _OF_SIZE.issuperset(beside) else ()
 
 
 def find_postures(track: FloatArray, posture: str) -> list[tuple[int, int]]:

@@ -45,7 +45,7 @@ from motiondb.language.question.tree import (
     map_actions,
     walk,
 )
-from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, TRAVELS
+from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, TRAVELS, as_said
 from motiondb.learn.learned import Learned
 from motiondb.meaning.amounts import SPEEDS, Degree, degree_of, is_gauged
 from motiondb.meaning.direction import vertical_ways
@@ -288,7 +288,9 @@ def understand(
         only=only,
         measured=(
             *dict.fromkeys(say_posture(posture_of(action)) for action in sorted(seen)),
-            *sorted("on one leg" if word == SINGLE else word for word in measured if not seen),
+            *sorted(
+                "on one leg" if word == SINGLE else as_said(word) for word in measured if not seen
+            ),
             *filter(None, (time,)),
         ),
         unmeasured=unmeasured,

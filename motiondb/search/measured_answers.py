@@ -4,7 +4,7 @@ Words alone hardly tell it: captions rarely say which way, which hand, how often
 Measured are directions (:mod:`motiondb.meaning.travelled`), sides of limbs
 (:mod:`motiondb.meaning.limb_sides`), events, their number and where they are
 (:mod:`motiondb.meaning.occurrences`), how long somebody goes on travelling, rests or leaves,
-postures meanwhile, and how fast, high or far (:mod:`motiondb.meaning.amounts`). Five things can
+postures meanwhile, and how fast, high or far (:mod:`motiondb.meaning.amounts`). Four things can
 follow.
 
 * The motion contradicts the question: no frame of the part goes in the direction, the other limb
@@ -15,8 +15,7 @@ follow.
 * The action goes in the direction elsewhere in the take, or its event is elsewhere: then the part
   is moved there. The place of an event is where it is; its probability is only told where the
   evidence of words agrees.
-* A degree orders the answers, which have no probability.
-* Otherwise the answer stays as it is.
+* A degree orders the answers, which have no probability. Otherwise an answer stays as it is.
 
 A word that a caption of the capture says of the same action is believed, unless the take goes in
 the direction only where the action cannot be, before or after other actions of the question. In a
@@ -39,7 +38,6 @@ from numpy.typing import NDArray
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, runs
 from motiondb.language.lemmas import VERBS
 from motiondb.language.question.readings import Exclusion, Part, say_count, say_duration
-from motiondb.language.question.tree import SIDES
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, as_said
 from motiondb.meaning.direction import trodden_anywhere, vertical_ways
 from motiondb.meaning.limb_sides import (
@@ -50,7 +48,7 @@ from motiondb.meaning.limb_sides import (
     say_other_limb,
     side_amount,
 )
-from motiondb.meaning.occurrences import FLIGHTS, event_of
+from motiondb.meaning.occurrences import event_of
 from motiondb.meaning.postures import frames_without, posture_of, say_posture
 from motiondb.meaning.travelled import (
     STEADY,
@@ -79,10 +77,13 @@ from motiondb.search.measured_amounts import gauge, gauged_action
 from motiondb.search.measured_postures import (
     CLEAR_SIDE,
     events_of_side,
+    flown_to,
+    goes_anywhere,
     held_inside,
     held_meanwhile,
     lacks_posture,
     leaves_posture_open,
+    not_flown,
     on_other_foot,
     other_posture,
     posture_though_excluded,
@@ -91,7 +92,6 @@ from motiondb.search.placing import PartPlace, Placed, is_labelled, unsure
 from motiondb.search.said_together import STANDING
 from motiondb.search.seen_frames import SeenFrames
 
-_FLIES = frozenset(FLIGHTS)
 LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 MOST_OF_PLACE = 0.6  # Share of a place that goes in a direction of which it is said as a whole
 LEAVES = 1.0  # Seconds for which somebody who walks away must at least walk
@@ -197,7 +197,7 @@ def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str
     if is_told and not seen.is_away and not seen.events(event):
         return True
     return any(
-        direction not in believed and not seen.goes_once(direction, turning(action))
+        direction not in believed and not goes_anywhere(seen, action, direction)
         for direction in directions_to_measure(action)
         if direction != IN_PLACE
     )
@@ -282,8 +282,7 @@ def _goes(
     )
     # seen somewhere in a take, a direction may be that of another action
     unclear = unclear or bool(now.unknown and {*directions_to_measure(action)} - believed)
-    asides = {"sideways", *SIDES} if _FLIES.intersection(action) else {"sideways"}
-    if not asides.intersection(directions_to_measure(action)) <= believed:
+    if "sideways" in {*directions_to_measure(action)} - believed:
         aside, ahead, _ = np.abs(seen.speeds[_inside(now)]).sum(axis=0)
         unclear = unclear or bool(aside < ahead)
     return now, against, unclear
@@ -296,8 +295,9 @@ def _found(
     low, high, events = FEATURE_STEP * room.start, FEATURE_STEP * room.stop, seen.events(event)
     if event == "hop" and not events and not is_repeated(part):
         events = seen.events("jump")  # on which foot is not always seen
-    if event.startswith("land"):
-        high = min(high, low + AT_ONCE) if low else high  # that of the jump before it
+    if event.startswith(("land", "takeoff")):
+        is_after = bool(low) and event.startswith("land")
+        high = min(high, low + AT_ONCE) if is_after else high  # that of the jump before it
     elif posture_of(action):
         return events_of_side(seen, action, held_inside(events, low, high))
     return events_of_side(seen, action, [t for t in events if low <= sum(t) / 2 < high])
@@ -438,6 +438,9 @@ def _compare_action(
     ]
     for direction in directions_to_measure(action):
         is_said = direction in believed
+        if direction == flown_to(action) and not is_said and not seen.is_away:
+            against += not_flown(seen, action, place)
+            continue
         ways = _ways(seen, direction, action, place, shown[int(is_said)], seconds)
         if ways is not None:
             place = place if place.unknown else _moved(place, *ways)

@@ -1,4 +1,7 @@
-"""Postures of answers as the motion shows them: raised hands, lying, kneeling, one leg."""
+"""Postures of answers as the motion shows them, and events by their side.
+
+Raised hands, lying, kneeling, one leg; turns and jumps to a side, hops on a leg.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ from motiondb.meaning.limb_sides import (
     limbs_to_measure,
     side_amount,
 )
-from motiondb.meaning.occurrences import is_on_foot
+from motiondb.meaning.occurrences import FLIGHTS, flown, is_on_foot
 from motiondb.meaning.postures import posture_of, say_posture, sitting, standing
 from motiondb.meaning.travelled import turning
 from motiondb.search.asked_words import AskedWords
@@ -27,6 +30,7 @@ from motiondb.search.seen_frames import SeenFrames
 
 CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
 WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
+FLOWN = 0.2  # Metres to a side of a jump that goes there, if it goes less far ahead or back
 HELD_FOR = 9  # Frames (0.3 s) for which a posture is at least held while something else is done
 
 
@@ -132,16 +136,46 @@ def on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> 
     return [] if is_on else [f"is not on {leg} alone"]
 
 
+def flown_to(action: Sequence[str]) -> str:
+    """The side to which an action jumps; "" if it names none.
+
+    >>> flown_to(("jump", "left")), flown_to(("hop", "left", "leg")), flown_to(("walk", "left"))
+    ('left', '', '')
+    """
+    sides = SIDES.intersection(action) - {"both"}
+    is_plain = not (turning(action) or limbs_to_measure(action) or hop_on(action))
+    return min(sides) if is_plain and len(sides) == 1 and {*FLIGHTS}.intersection(action) else ""
+
+
+def goes_anywhere(seen: SeenFrames, action: Sequence[str], direction: str) -> bool:
+    """Whether a take goes in a direction of an action anywhere, of jumps to a side in a flight."""
+    if direction == flown_to(action) and not seen.is_away:
+        return bool(events_of_side(seen, action, seen.events("jump")))
+    return seen.goes_once(direction, turning(action))
+
+
+def not_flown(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
+    """That no flight in a place goes to the side to which an action jumps."""
+    flights = events_of_side(seen, action, seen.events("jump"))
+    is_seen = any(a < place.end and b > place.start for a, b in flights)
+    return [] if is_seen else [f"does not jump {flown_to(action)}"]
+
+
 def events_of_side(
     seen: SeenFrames, action: Sequence[str], found: list[tuple[int, int]]
 ) -> list[tuple[int, int]]:
-    """The turns to the side, and hops on the leg.
+    """The turns and jumps to the side, and hops on the leg.
 
     Of other events those in which its limb clearly moves, all if there is none.
     """
     if hop_on(action):
         hops = seen.events(hop_on(action))
         return [hop for hop in found if hop in hops]
+    aside = flown_to(action)
+    if aside and not seen.is_away:
+        sign = 1.0 if aside == "left" else -1.0
+        ways = [flown(seen.track, flight) for flight in found]
+        return [f for f, (left, ahead) in zip(found, ways) if sign * left >= max(FLOWN, abs(ahead))]
     if turning(action) and len(SIDES.intersection(action)) == 1 and not seen.is_away:
         sign = 1.0 if "left" in action else -1.0
         return [(a, b) for a, b in found if sign * seen.track[a:b, 3].sum() > 0.0]

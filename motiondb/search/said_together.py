@@ -11,6 +11,7 @@ boxing punches         "box" and "punch" at once, since no caption says both of 
 drink while standing   "drink"; standing is measured where somebody drinks
 stand up, walk away    "stand up"; after that, walking is measured
 walk, then kneel       "walk"; after that, kneeling is measured
+stand on tiptoe        "tiptoe"; standing is measured
 walk up the steps      "climb step", where captions say this; *up* is measured
 =====================  =====================================================================
 
@@ -92,10 +93,16 @@ def searched_together(
             return replace(part, actions=(), said=part.actions)
         found = [a for a in found if len(part.actions) == 1 or not {*a} <= STANDING] or found
         searched = list[tuple[str, ...]]()
+        stands = dict[tuple[str, ...], list[tuple[str, ...]]]()
         for action in found:
             if is_known and "climb" in asked.learned.word_numbers:
                 action = _as_climbed(action, said)
             groups, lost = _groups(action, said) if is_known else (_unimplied(action), [])
+            stood = [group for group in groups if {*group} <= STANDING]
+            is_held = len(stood) < len(groups) and _UP.isdisjoint(action)
+            if stood and is_held:  # "stand on tiptoe", but not "stand up from a stool"
+                stands[action] = groups
+                groups = [group for group in groups if group not in stood]
             searched += groups
             apart.extend(word for group in groups for word in group if len(groups) > 1)
             spoken = only or action
@@ -104,7 +111,8 @@ def searched_together(
             if {"sit", "still"} <= {*action} and not part.seconds:
                 left.append("still")  # which is measured of who sits for some seconds
         now = tuple(dict.fromkeys(searched))
-        return part if now == part.actions else replace(part, actions=now, said=part.actions)
+        asked_for = tuple(one for action in part.actions for one in stands.get(action, [action]))
+        return part if now == part.actions else replace(part, actions=now, said=asked_for)
 
     def parts(reading: Reading) -> tuple[Part, ...]:
         first, *later = map(actions, reading.parts)

@@ -32,33 +32,44 @@ import numpy as np
 from motiondb.errors import UnknownWordsError
 from motiondb.language.lemmas import lemma
 from motiondb.language.nearby.table import NearbyTable
+from motiondb.language.question.amounts import known_manner
 from motiondb.language.question.heads import missing_heads, verbs_in
 from motiondb.language.question.parse import parse_tokens
 from motiondb.language.question.readings import KnownQuestion, hold_to_known
 from motiondb.language.question.tokens import Token, tokenize
-from motiondb.language.question.tree import Action, NotUsed, Question, Without, actions_of, walk
+from motiondb.language.question.tree import (
+    Action,
+    NotUsed,
+    Question,
+    Without,
+    actions_of,
+    map_actions,
+    walk,
+)
 from motiondb.language.requests import without_request
 from motiondb.language.vocabulary import (
     MODIFIERS,
     STOP_WORDS,
+    as_said,
     forms_of,
+    motion_word,
     nearest_words,
     nothing_known,
     say_unknown,
-    split_actions,
     words_of,
     written_otherwise,
 )
 from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
 from motiondb.learn.learned import Learned
 from motiondb.meaning.limb_sides import PLAIN
-from motiondb.meaning.postures import OF_POSTURES, is_posture_alone, posture_of
+from motiondb.meaning.postures import OF_POSTURES, beside_posture, is_posture_alone, posture_of
 
 TAKEN = 0.5
 SUGGESTED = 0.3
 """Smallest probability of a replacement, and of a suggestion: docs/measured/nearby-words.md shows
 how often each range of probabilities is right."""
 
+OF_POSTURE = "only whether the posture is held is measured"
 LEAST_NEAR = 0.5
 """Smallest cosine of a word that is heard by its meaning and the nearest known word. Words that
 were hidden from the captions of CMU performers were found with an average precision of .39 above it
@@ -259,21 +270,36 @@ class Sentence:
 
     @cached_property
     def parsed(self) -> Question:
-        """The question that it is."""
-        return parse_tokens(self.text, *self.tokens)
+        """The question that it is, without what it says of a posture and is not measured."""
+        question, told = parse_tokens(self.text, *self.tokens), list[NotUsed]()
+
+        def posture_alone(action: Action) -> Action:
+            beside = beside_posture(action.words)
+            heads = {*action.words} - MODIFIERS
+            is_open = is_posture_alone(action.words) or beside
+            if not (is_open and (beside or action.manner)) or not heads.isdisjoint(self.known):
+                return action
+            told.extend(NotUsed(as_said(w), OF_POSTURE) for w in (*beside, *action.manner))
+            return Action(tuple(word for word in action.words if word not in beside))
+
+        tree = map_actions(question.tree, posture_alone)
+        return replace(question, tree=tree, not_used=(*question.not_used, *told))
 
     @cached_property
     def forms(self) -> dict[str, str]:
-        """Its words: lemma -> word as written; not those of parts that are not used."""
-        lemmas = self.learned.lemmas
-        asked = split_actions(self.text, self.learned.synonyms, lemmas)
-        tokens, left_out = self.tokens
-        unused = {lemma(form, lemmas) for part in left_out for form in forms_of(part.text)}
-        unused -= {word for token in tokens for word in token.words}
+        """Its words: lemma -> word as written; of a manner that captions say, the word they use."""
+        lemmas, counts = self.learned.lemmas, dict.fromkeys(self.known, 1)
         forms = [f for f in reversed(forms_of(self.text)) if f not in STOP_WORDS]  # without a lemma
         written = {lemma(form, lemmas): form for form in forms}
-        words = (word for action in asked for word in action if word not in unused)
-        return {word: written.get(word, word) for word in words}
+        found = dict[str, str]()
+        for token in self.tokens[0]:
+            manner = known_manner(token.words[0], counts) if token.kind == "manner" else None
+            if token.kind == "manner":
+                word = manner or motion_word(token.text, self.learned.synonyms, lemmas)
+                found |= {} if word is None else {word: token.text}
+            elif token.kind in ("word", "quote"):
+                found |= {word: written.get(word, word) for word in token.words}
+        return found
 
     @cached_property
     def verbs(self) -> frozenset[str]:
@@ -328,7 +354,7 @@ class Sentence:
 
     def _is_said(self, words: Sequence[str], of_postures: frozenset[str]) -> bool:
         """Whether captions say the posture of an action: of a hand at a place, all its words."""
-        if posture_of(words).split(" ")[0] not in ("at", "lift", "land"):
+        if posture_of(words).split(" ")[0] not in ("at", "lift", "land", "takeoff"):
             return not of_postures.isdisjoint(words)
         return self.is_said([word for word in words if word not in PLAIN])
 

@@ -177,6 +177,7 @@ def test_going_up_is_looked_for_in_the_whole_take() -> None:
         (("stoop", "over"), "stoop"),
         (("land", "theone", "foot"), "land one"),
         (("land", "both", "foot"), "land both"),
+        (("takeoff", "left", "foot"), "takeoff left"),
         (("hand", "hip"), "at any hip"),
         (("jump", "low"), ""),
         (("lunge", "forward"), "lunge"),
@@ -216,6 +217,12 @@ def test_postures_last_while_they_are_held() -> None:
     assert [len(find_occurrences(track, f"land {side}")) for side in ("left", "right")] == [1, 1]
     assert find_occurrences(track, "land both") == []
     assert len(find_occurrences(track, "land one")) == 2
+    assert [a for a, _ in find_occurrences(track, "takeoff both")] == [84, 114]
+    assert find_occurrences(track, "takeoff one") == []
+    (landing,) = find_occurrences(track, "land left")  # backwards in time
+    assert find_occurrences(track[::-1].copy(), "takeoff left") == [
+        (150 - landing[1], 150 - landing[0])
+    ]
     aloft = track[89:118].copy()  # the take begins just before
     aloft[2:11, 5] = 0.0
     assert find_occurrences(aloft, "land one")[0][0] == 0

@@ -183,7 +183,7 @@ def test_an_action_with_a_count_or_a_duration_is_measured(
 ) -> None:
     with motiondb.open(learned_file, read_only=True) as db:
         answer = db.search(question, limit=101)
-    assert answer.measured == (IN_PLACE,)
+    assert answer.measured == ("in place",)
     assert (against,) in contradicted(answer, "")
     assert answer.nothing == "probably nothing in this database matches"
 

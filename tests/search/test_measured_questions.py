@@ -14,7 +14,7 @@ from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import Exclusion, readings, say, say_count
 from motiondb.language.question.tokens import time_of_take
 from motiondb.language.vocabulary import SINGLE
-from motiondb.meaning.occurrences import find_occurrences
+from motiondb.meaning.occurrences import find_occurrences, flown
 from motiondb.meaning.postures import sitting
 from motiondb.records import FloatArray
 from motiondb.search import by_words
@@ -381,6 +381,43 @@ def test_an_action_is_looked_for_in_the_part_of_a_take(
         assert not any(low < (a + b) / 60.0 < high for a, b in jumps_of(db, capture))
 
 
+def test_jumps_to_a_side_are_measured_in_their_flights(db: motiondb.MotionDB) -> None:
+    answer = db.search("jump to the left", limit=10)  # all jumps of the sample data go up or ahead
+    assert {match.contradicted for match in answer.matches} == {("does not jump left",)}
+    name = next(m.capture for m in db.search("jump", limit=1).matches)
+    (start, end), *_ = jumps_of(db, name)
+    track = track_of(db, name).copy()
+    track[start:end, 1:4] = -1.0, 0.3, 0.0
+    aside, ahead = flown(track, (start, end))
+    assert aside < -0.2 < ahead
+
+
+def test_takes_are_ordered_by_how_often_something_is_done(db: motiondb.MotionDB) -> None:
+    most, least = (db.search(f"the {how} punches", limit=6).matches for how in ("most", "fewest"))
+    counts = [len(find_occurrences(track_of(db, m.capture), "punch")) for m in (*most, *least)]
+    assert counts[:6] == sorted(counts[:6], reverse=True)
+    assert counts[6:] == sorted(counts[6:])
+    assert counts[0] > counts[6] >= 1
+    assert {m.probability for m in (*most, *least)} == {None}
+
+
+@pytest.mark.parametrize(
+    ("question", "told"),
+    [("lunge to the left", "left"), ("deep lunge", "deep"), ("kneel slowly", "slow")],
+)
+def test_what_is_not_measured_of_a_posture_is_told(
+    db: motiondb.MotionDB, question: str, told: str
+) -> None:
+    answer = db.search(question, limit=1)
+    assert answer.measured == (question.split(" to ")[0].split()[0 if told != "deep" else 1],)
+    assert told in [part.text for part in answer.not_used]
+
+
+def test_who_stands_while_doing_something_is_measured(db: motiondb.MotionDB) -> None:
+    said = [db.search(text, limit=5).matches for text in ("standing wave", "stand while waving")]
+    assert said[0] == said[1]
+
+
 @pytest.mark.parametrize(
     ("question", "left"),
     [
@@ -448,7 +485,7 @@ def test_a_hop_is_excluded_on_its_leg_alone() -> None:
 
 def test_who_goes_on_all_fours_backward_is_measured_as_told(db: motiondb.MotionDB) -> None:
     answer = db.search("walk backward on all fours", limit=3)
-    assert ({*answer.measured}, answer.not_used) == ({"allfours", "backward"}, ())
+    assert ({*answer.measured}, answer.not_used) == ({"on all fours", "backward"}, ())
 
 
 def test_of_a_long_place_the_part_that_goes_in_the_direction_is_told() -> None:

@@ -129,7 +129,8 @@ _COUNT = re.compile(_COUNT_PATTERN, re.VERBOSE | re.IGNORECASE)
 _NUMBER = re.compile(
     r"(?:(?:(?P<more>at least|no fewer than|more than)"
     r"|(?P<fewer>at most|no more than|fewer than|less than)|exactly) )?"
-    rf"(?P<number>{NUMBER})",
+    rf"(?:(?P<number>{NUMBER})(?:{_RANGE.replace('|and', '')}(?P<high>{NUMBER}))?"
+    r"|(?:a\s+|one\s+)?single(?=\s))",
     re.IGNORECASE,
 )
 _MEASURE = re.compile(_MEASURE_PATTERN, re.VERBOSE | re.IGNORECASE)
@@ -352,17 +353,20 @@ def match_number(text: str, place: int = 0) -> tuple[int, float, float | None] |
     ((11, 25.0, 25.0), None)
     >>> match_number("at least three jumps"), match_number("fewer than 3 jumps")
     ((14, 3.0, None), (12, 0.0, 2.0))
+    >>> match_number("two or three jumps"), match_number("a single jump")
+    ((12, 2.0, 3.0), (8, 1.0, 1.0))
     """
     match = _NUMBER.match(text, place)
     if match is None:
         return None
-    number = to_number(match["number"])
+    number = to_number(match["number"] or "one")
+    high = to_number(match["high"]) if match["high"] else number
     more, fewer = (match["more"] or "").lower(), (match["fewer"] or "").lower()
     if more:
         return match.end(), number + (more == "more than"), None
     if fewer:
-        return match.end(), 0.0, max(number - (fewer in ("fewer than", "less than")), 0.0)
-    return match.end(), number, number
+        return match.end(), 0.0, max(high - (fewer in ("fewer than", "less than")), 0.0)
+    return match.end(), number, high
 
 
 def _repeats(match: re.Match[str]) -> tuple[int, int | None]:

@@ -31,6 +31,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import TypeGuard
 
 from motiondb.errors import QueryError
 from motiondb.language.question.amounts import Measure
@@ -56,6 +57,7 @@ from motiondb.language.question.tree import (
     at_once,
     attach,
     drop_empty,
+    holds_at,
     is_bare,
     join,
     names_words,
@@ -155,7 +157,7 @@ def together(left: Node, right: Node) -> Node:
     if is_bare(right):
         return attach(left, right)
     for part, other in ((right, left), (left, right)):
-        if isinstance(part, Without) and isinstance(part.part, Anything):
+        if _only_excludes(part):
             return without(other, part.excluded, part.later)
     return at_once([left, right])
 
@@ -476,7 +478,8 @@ class _Parser:
             other = self.single()
             if other is None:
                 continue
-            if nodes and is_bare(other) and actions_of(nodes[-1]):
+            held_too = nodes and holds_at(nodes[-1]) and holds_at(other)
+            if nodes and is_bare(other) and actions_of(nodes[-1]) and not held_too:
                 nodes[-1] = attach(nodes[-1], other)
             else:
                 nodes.append(other)
@@ -496,6 +499,33 @@ class _Parser:
             elif excluded:
                 node = without(Anything() if node is None else node, excluded)
         return node
+
+
+def _without_none(node: Node) -> Node:
+    """A tree in which what is asked for no times is excluded: "jump 0 times".
+
+    >>> _without_none(Repeated(Action(("jump",)), 0, 0)) == Without(
+    ...     Anything(), (Action(("jump",)),))
+    True
+    """
+    match node:
+        case Repeated(part=part, most=0):
+            return without(Anything(), [part])
+        case Repeated() | Lasting() | Measured() | Without():
+            return replace(node, part=_without_none(node.part))
+        case InOrder() | AtOnce() | Both() | AnyOf():
+            parts = [_without_none(part) for part in node.parts]
+            if isinstance(node, (AnyOf, InOrder)):
+                return join(type(node), parts)
+            shown = [part for part in parts if not _only_excludes(part)]
+            excluded = [one for part in parts if _only_excludes(part) for one in part.excluded]
+            return without(join(type(node), shown) if shown else Anything(), excluded)
+    return node
+
+
+def _only_excludes(node: Node) -> TypeGuard[Without]:
+    """Whether a node asks for nothing but that something is not shown."""
+    return isinstance(node, Without) and isinstance(node.part, Anything)
 
 
 def _amount(node: Node, token: Token) -> Node:
@@ -534,6 +564,7 @@ def parse_tokens(text: str, tokens: Sequence[Token], not_used: Sequence[NotUsed]
             f"query: expected words that describe a motion, found {_short(text)!r}. "
             "Ask for example for 'walk, turn left, sit down'."
         )
+    tree = _without_none(tree)
     if tokens[-1].kind == "then" and isinstance(tree, Without):
         tree, tokens = replace(tree, later=True), tokens[:-1]
     return Question(text, tree, (*not_used, *parser.not_used, *_loose(tokens)))

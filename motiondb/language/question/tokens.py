@@ -13,8 +13,9 @@ it; a bare "not" or "without" holds for the part before it alone.
     comma stop then while same or either and after before
     not         not, never, without, except, no, don't, neither, ...; ``nor``; ``but_not``
     count       twice, three times, 3x, two jumps
-    which when  subject 14, in the first 2 s, immediately after, by someone: told, and not used
-    soon whom
+    which when  subject 14, in the first 2 s, immediately after, by someone, than running: told,
+    soon whom   and not used
+    than
     duration    for ten seconds, at least 5 s
 """
 
@@ -35,6 +36,7 @@ from motiondb.language.question.amounts import (
     match_measure,
     match_number,
     spread_amounts,
+    to_number,
 )
 from motiondb.language.question.tree import LIMBS, NotUsed
 from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
@@ -44,6 +46,14 @@ _HALF = r"half\s+(?:a\s+)?"
 _LENGTH = rf"(?:{_SECONDS}|(?:{_HALF})?(?:second|minute)|few\s+seconds|half|third)"
 _PART = rf"(?:first|last|final)\s+{_LENGTH}"
 _EDGE = r"the\s+(?:very\s+)?(?:beginning|start|end)"
+_OF_TAKE = r"(?:the|a|each|every)\s+(?:clip|take|capture|file|recording|motion|sequence)"
+_UNIT = r"(?:s|sec|secs|seconds?|min|mins|minutes?)"
+_POINT = rf"(?:second\s+{NUMBER}|{NUMBER}(?:\s*{_UNIT})?)"
+_SPAN = (
+    rf"(?:from\s+{_POINT}\s+(?:to|until|till)\s+(?:second\s+{NUMBER}|{_SECONDS})"
+    rf"|from\s+second\s+{NUMBER}\s+(?:to|until|till)\s+{NUMBER}"
+    rf"|between\s+(?:second\s+{NUMBER}\s+and\s+{_POINT}|{NUMBER}\s*{_UNIT}\s+and\s+{_SECONDS}))"
+)
 _WORDS = (
     (
         "which",
@@ -56,10 +66,15 @@ _WORDS = (
         "when",
         r"(?:(?:but\s+)?(?:not|never)\s+)?(?:"
         rf"(?:(?:with)?in|during|for)\s+the\s+{_PART}(?:\s+and\s+(?:in\s+)?the\s+{_PART})*"
-        rf"|at\s+{_EDGE}\s+of\s+(?:the|a|each|every)"
-        r"(?:\s+(?:clip|take|capture|file|recording|motion|sequence)|(?=\s*(?:[,.;?!]|$)))"
+        rf"|at\s+{_EDGE}\s+of\s+(?:{_OF_TAKE}|(?:the|a|each|every)(?=\s*(?:[,.;?!]|$)))"
         rf"|at\s+{_EDGE}(?:\s+(?:and|or)\s+{_EDGE})*(?!\s+of\b))"
-        rf"|(?:after|before)\s+(?:the\s+first\s+)?{_SECONDS}(?=\s*(?:[.;?!]|$))",
+        rf"|(?:after|before|until|till)\s+(?:the\s+first\s+)?{_SECONDS}(?=\s*(?:[.;?!]|$))"
+        rf"|(?:at|near|around|about|after|before|until|till)\s+second\s+{NUMBER}"
+        rf"|at\s+(?:(?:about|around)\s+)?{_SECONDS}(?!\s+(?:each|intervals?|per)\b)"
+        rf"|{_SECONDS}\s+in(?:to\s+{_OF_TAKE})?(?=\s*(?:[,.;?!]|$))|{_SPAN}"
+        rf"|the\s+{_PART}\s+of\b"
+        rf"|(?:half-?\s?way\s+through|in\s+the\s+middle\s+of)\s+{_OF_TAKE}"
+        r"|(?:half-?\s?way(?:\s+through)?|in\s+the\s+middle)(?=\s*(?:[,.;?!]|$))",
     ),
     (
         "skip",
@@ -69,7 +84,8 @@ _WORDS = (
         "vague",
         r"for\s+(?:a|some|quite\s+a)\s+(?:very\s+)?(?:long\s+|short\s+|little\s+)?"
         r"(?:while|time|moment|bit)|for\s+(?:long|ages)|once\s+in\s+a\s+while|from\s+time\s+to\s+time"
-        r"|briefly|sometimes|often|all\s+the\s+time"
+        r"|briefly|sometimes|often|all\s+the\s+time|(?:for\s+)?the\s+(?:whole|entire)\s+"
+        r"(?:time|clip|take|capture|recording)|throughout(?:\s+the\s+(?:clip|take|recording))?"
         r"|(?:a\s+few|several|some|a\s+couple\s+of)\s+(?:met(?:er|re)s?|yards?|feet|degrees)",
     ),
     (
@@ -122,6 +138,7 @@ _WORDS = (
         r"|apart\s+from|aside\s+from|lacking|cannot|[a-z]+n't"
         r"|(?:do|does|did|is|are|was|were|wo|ca|should|would|could|has|have|had)nt",
     ),
+    ("than", r"than(?:\s+(?!(?:and|but|or|then|while)\b)[^\W\d_]+)+"),
     ("nor", r"nor"),
     ("or", r"and/or|or\s+else|or|alternatively"),
     ("either", r"either|whether"),
@@ -170,8 +187,13 @@ EDGE = 3.0  # Seconds of a take, or half of it, that are its beginning or its en
 _TIME_OF_TAKE = re.compile(
     rf"(?:(?:with)?in|during|for)\s+the\s+(?P<which>first|last|final)\s+(?P<length>{_LENGTH})"
     r"|at\s+the\s+(?:very\s+)?(?P<edge>beginning|start|end)(?:\s+of\b.*)?"
-    rf"|(?P<side>after|before)\s+(?:the\s+first\s+)?(?P<limit>{_SECONDS})",
+    rf"|(?P<side>after|before|until|till)\s+(?:the\s+first\s+)?(?P<limit>{_POINT})"
+    rf"|(?:at|near|around|about)\s+(?:(?:about|around)\s+)?(?P<at>{_POINT})"
+    rf"|(?P<into>{_SECONDS})\s+in(?:to\b.*)?"
+    rf"|(?:from|between)\s+(?P<from>{_POINT})\s+(?:to|until|till|and)\s+(?P<to>{_POINT})"
+    r"|(?P<middle>half|in\s+the\s+middle).*",
 )
+NEAR = 1.0  # Seconds before and after a moment of a take in which something is at it
 
 
 def time_of_take(text: str, seconds: float) -> tuple[float, float] | None:
@@ -185,13 +207,34 @@ def time_of_take(text: str, seconds: float) -> tuple[float, float] | None:
     ((0.0, 0.5), (0.0, 2.0))
     >>> time_of_take("in the last few seconds", 9.0), time_of_take("not at the end", 9.0)
     ((6.0, 9.0), None)
+    >>> time_of_take("at 3 s", 9.0), time_of_take("from 2 to 4 s", 3.0)
+    ((2.0, 4.0), (2.0, 3.0))
+    >>> time_of_take("around second 1", 9.0), time_of_take("halfway through the take", 9.0)
+    ((0.0, 2.0), (3.0, 6.0))
     """
     found = _TIME_OF_TAKE.fullmatch(text.strip().lower())
     if found is None:
         return None
+    moment = found["at"] or found["into"]
     if found["side"]:
-        limit = min(_duration(found["limit"]), seconds)
-        return (limit, seconds) if found["side"] == "after" else (0.0, limit)
+        limit = _duration(found["limit"])
+        start, end = (limit, seconds) if found["side"] == "after" else (0.0, limit)
+    elif moment:
+        start, end = _duration(moment) - NEAR, _duration(moment) + NEAR
+    elif found["from"]:
+        unit = re.search(rf"(?:{_UNIT})?$", found["to"])
+        bare = re.fullmatch(NUMBER, found["from"])
+        start = _duration(f"{found['from']} {unit[0] if unit and bare else ''}")
+        end = _duration(found["to"])
+    elif found["middle"]:
+        start, end = seconds / 3.0, 2.0 * seconds / 3.0
+    else:
+        return _at_an_end(found, seconds)
+    return min(max(start, 0.0), seconds), min(end, seconds)
+
+
+def _at_an_end(found: re.Match[str], seconds: float) -> tuple[float, float]:
+    """The first or last seconds of a take, as many as are said."""
     if found["edge"]:
         length, is_first = min(EDGE, seconds / 2.0), found["edge"] != "end"
     else:
@@ -203,7 +246,10 @@ def time_of_take(text: str, seconds: float) -> tuple[float, float] | None:
 
 
 def _duration(text: str) -> float:
-    """The seconds of "2 s", "half a second", "second" and "few seconds"."""
+    """The seconds of "2 s", "half a second", "second", "few seconds" and "second 5"."""
+    text = re.sub(rf"^second\s+(?={NUMBER})", "", text).strip()
+    if re.fullmatch(NUMBER, text):
+        return to_number(text)
     found = match_duration(text) or match_duration(f"one {text}")
     return EDGE if found is None else found[1]
 
@@ -226,6 +272,7 @@ _UNUSED = {
     "whom": "who does it to whom is not compared",
     "which": "performers and captures are chosen by filters (--where)",
     "when": "where in a capture it is shown is not compared",
+    "than": "with what else it is compared is not looked at",
     "rate": "what it measures is not compared",
     "number": "it says neither how often nor how long",
 }
@@ -290,6 +337,9 @@ def _token_at(text: str, place: int) -> tuple[Token | None, int]:
     space = _SPACE.match(text, place)
     if space is not None and "\n" not in space.group():
         return None, space.end()
+    connective = match_connective(text, place)
+    if connective is not None and connective[0] == "when":  # "at 3 s" is no duration
+        return Token("when", connective[1].group()), connective[1].end()
     if duration := match_duration(text, place):
         return Token("duration", text[place : duration[0]], (), *duration[1:]), duration[0]
     if measured := match_measure(text, place):
@@ -298,7 +348,7 @@ def _token_at(text: str, place: int) -> tuple[Token | None, int]:
         return Token("measure" if amount.what else "rate", text[place:end], (), *limits), end
     if count := match_count(text, place):
         return Token("count", text[place : count[0]], (), *count[1:]), count[0]
-    if connective := match_connective(text, place):
+    if connective is not None:
         kind, match = connective
         quoted = match.group("quoted") if kind == "quote" else match.group()
         return Token(kind, quoted), match.end()

@@ -35,6 +35,11 @@ arm hand fist wrist elbow shoulder finger thumb palm leg foot knee hip ankle toe
 """
 LIMBS = frozenset(_LIMBS_TEXT.split())
 """Parts of the body of which there are a left and a right one."""
+_HANDS = frozenset(("hand", "fist", "palm", "arm", "wrist"))
+_PARTS = frozenset(
+    ("head", "hip", "shoulder", "elbow", "chin", "chest", "knee", "foot", "toe", "waist")
+)
+"""Where a hand is held, if both are said: "left hand on hip"."""
 _BORNE = frozenset(("stand", "balance", "hop"))  # Actions that one leg may bear
 SHARED_WAYS = frozenset(("forward", "backward", "back", "sideways", IN_PLACE, IN_A_CIRCLE))
 """Directions that ways of travelling share: "walk or run backward"."""
@@ -267,6 +272,17 @@ def is_bare(node: Node) -> bool:
     """
     action = core(node)
     return action is not None and MODIFIERS.issuperset(action.words)
+
+
+def holds_at(node: Node) -> bool:
+    """Whether a node names nothing but a hand at a part of the body.
+
+    >>> holds_at(Action(("both", "hand", "hip"))), holds_at(Action(("both", "hand")))
+    (True, False)
+    """
+    action = core(node)
+    words = set() if action is None or not is_bare(node) else {*action.words}
+    return not words.isdisjoint(_HANDS) and not words.isdisjoint(_PARTS)
 
 
 def names_words(node: Node) -> bool:
