@@ -422,11 +422,13 @@ def known_all(words: Iterable[str | None], known: Collection[str]) -> bool:
 
 
 def nearest_words(word: str, known: Iterable[str]) -> tuple[str, ...]:
-    """Known words of similar spelling, the most similar first.
+    """Known words of similar spelling, the most similar first; none for what stands for a phrase.
 
-    >>> nearest_words("wlak", ["walk", "run", "talk"])
-    ('walk',)
+    >>> nearest_words("wlak", ["walk", "run", "talk"]), nearest_words(BOX, ["box"])
+    (('walk',), ())
     """
+    if word in _SAID:
+        return ()
     return tuple(get_close_matches(word, sorted(known), n=3, cutoff=0.6))
 
 

@@ -414,6 +414,9 @@ def without_measured_words(sentence: Sentence, takings: Mapping[str, Taking]) ->
     degree = asked_degree(sentence)
     measured |= set() if degree is None else degree.words
     measured |= LEAVING if leaving_actions(sentence) else set()
+    if not words:
+        every = (action.words for action in actions_of(sentence.parsed.tree))
+        measured |= set().union(*map(directions_to_measure, every))
     kept = {word: taking for word, taking in takings.items() if word not in measured}
     return kept if kept or not sentence.known.isdisjoint(words) else dict(takings)
 
@@ -442,7 +445,8 @@ def actions_of_part(
     Words that known ones replace are the likeliest of these: "scuttle backward" is measured as
     "walk backward".
     """
-    actions = (only,) if only and part.actions else part.said or part.actions
+    is_one = only and part.actions and len(part.said) < 2  # "sit drink" is two
+    actions = (only,) if is_one else part.said or part.actions
     return tuple(_as_measured(asked, action) for action in actions)
 
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from motiondb.language.question.readings import KnownQuestion, Part, Reading, without_amounts
+from motiondb.language.question.readings import KnownQuestion, Part, Reading
 from motiondb.language.question.tree import NotUsed
 from motiondb.language.vocabulary import as_said
 from motiondb.meaning import by_question
@@ -282,7 +282,7 @@ def search_words(
     for answer in _by_odds(rest):
         ranked.setdefault(answer.capture, answer)
     shown = list(ranked.values())[:limit]
-    once = tuple(map(without_amounts, read))  # how often and how long was never measured
+    once = tuple(map(_without_amounts, read))  # how often and how long was never measured
     n_usual = 1 if len(once) == 1 and is_one_action(once[0]) else n_judged  # the best is enough
     usual = [] if once == read else [hit for _, hit in _find(question, allowed, n_usual, once)]
     hits = usual or [each.hit for each in judged]
@@ -446,3 +446,17 @@ def as_near(answer: WordAnswer, asked: str, near: str) -> WordAnswer:
     return replace(
         answer, matches=matches, threshold=None, doubtful=False, partial=False, near=(asked, near)
     )
+
+
+def _without_amounts(reading: Reading) -> Reading:
+    """A reading without repeats and durations; one with exclusions stays as it is.
+
+    >>> jump = (("jump",),)
+    >>> plain = _without_amounts(Reading((Part(jump), Part(jump), Part((("sit",),), 2.0, 2))))
+    >>> [(part.actions, part.seconds, part.repeat_of) for part in plain.parts]
+    [((('jump',),), 0.0, 0), ((('sit',),), 0.0, 1)]
+    """
+    if reading.exclusions:
+        return reading
+    once = [part for k, part in enumerate(reading.parts) if part.repeat_of == k]
+    return Reading(tuple(replace(p, seconds=0.0, repeat_of=n) for n, p in enumerate(once)))

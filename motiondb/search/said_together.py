@@ -97,7 +97,8 @@ def searched_together(
         for action in found:
             if is_known and "climb" in asked.learned.word_numbers:
                 action = _as_climbed(action, said)
-            groups, lost = _groups(action, said) if is_known else (_unimplied(action), [])
+            learned = tuple(word for word in action if word in asked.numbers) or action
+            groups, lost = _groups(learned, said) if is_known else (_unimplied(learned), [])
             stood = [group for group in groups if {*group} <= STANDING]
             is_held = len(stood) < len(groups) and _UP.isdisjoint(action)
             if stood and is_held:  # "stand on tiptoe", but not "stand up from a stool"

@@ -43,6 +43,7 @@ from motiondb.language.question.tree import (
     Question,
     Without,
     actions_of,
+    core,
     map_actions,
     walk,
 )
@@ -63,6 +64,7 @@ from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_
 from motiondb.learn.learned import Learned
 from motiondb.meaning.limb_sides import PLAIN
 from motiondb.meaning.postures import OF_POSTURES, beside_posture, is_posture_alone, posture_of
+from motiondb.meaning.travelled import directions_to_measure
 
 TAKEN = 0.5
 SUGGESTED = 0.3
@@ -370,7 +372,9 @@ class Sentence:
         association = self.learned.association
         counted = zip(association.words, association.counts)
         counts = {word: int(count) for word, count in counted if count > 0} | dict(added)
-        return hold_to_known(self.parsed, counts, self.postures if is_seen else ())
+        is_several = is_seen and core(self.parsed.tree) is None
+        measured = directions_to_measure if is_several else None
+        return hold_to_known(self.parsed, counts, self.postures if is_seen else (), measured)
 
 
 def sentence_of(learned: Learned, text: str) -> Sentence:

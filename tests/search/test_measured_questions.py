@@ -414,8 +414,23 @@ def test_what_is_not_measured_of_a_posture_is_told(
 
 
 def test_who_stands_while_doing_something_is_measured(db: motiondb.MotionDB) -> None:
-    said = [db.search(text, limit=5).matches for text in ("standing wave", "stand while waving")]
-    assert said[0] == said[1]
+    for posed, plain in (
+        ("standing wave", "stand while waving"),
+        ("seated wave", "wave while sitting"),
+    ):
+        assert db.search(posed, limit=5).matches == db.search(plain, limit=5).matches
+    (wave,) = db.search("wave", limit=1).matches
+    seated = {match.capture: match for match in db.search("seated wave", limit=101).matches}
+    assert seated[wave.capture].contradicted == ("does not sit meanwhile",)
+
+
+def test_directions_that_no_caption_holds_are_measured_of_several_actions(
+    db: motiondb.MotionDB,
+) -> None:
+    answer = db.search("walk in place, then turn left", limit=101)
+    assert (answer.unknown, answer.not_used) == ({}, ())
+    against = {text for match in answer.matches for text in match.contradicted}
+    assert "does not stay in place" in against
 
 
 @pytest.mark.parametrize(

@@ -366,12 +366,16 @@ def is_order(reading: Reading) -> bool:
 
 
 def hold_to_known(
-    question: Question, counts: Mapping[str, int], seen: Collection[tuple[str, ...]] = ()
+    question: Question,
+    counts: Mapping[str, int],
+    seen: Collection[tuple[str, ...]] = (),
+    measured: Callable[[Sequence[str]], Collection[str]] | None = None,
 ) -> KnownQuestion:
     """Remove the words that no caption has from a question, and list them.
 
     Of one action among others, a direction or place alone is not left: "back" of "puts it back".
-    `seen`: Actions that stay as they are, since they are measured.
+    `seen`: Actions that stay as they are, since they are measured. `measured`: The words of an
+    action that are, and stay where another word of it is known.
 
     >>> from motiondb.language.question.parse import parse
     >>> known = hold_to_known(parse("wlak slowly, not moonwalk, sit"), {"sit": 3, "walk": 4})
@@ -383,10 +387,11 @@ def hold_to_known(
     def known(action: Action) -> Action | None:
         if action.words in seen:
             return action
-        words = tuple(word for word in action.words if word in counts)
-        manners = []
+        words, manners = tuple(word for word in action.words if word in counts), []
+        kept = measured(action.words) if words and measured is not None else ()
+        words = tuple(word for word in action.words if word in counts or word in kept)
         for word in action.words:
-            if word not in counts and word not in unknown:
+            if word not in (*counts, *words, *unknown):
                 unknown[word] = nearest_words(word, counts)
         is_lost = not MODIFIERS.issuperset(action.words) and _PLACES.issuperset(words)
         if is_lost and action is not question.tree:
@@ -412,20 +417,6 @@ def hold_to_known(
 def reason_unknown(near: tuple[str, ...]) -> str:
     """Why an unknown word is not used, with the known words that may be meant."""
     return f"not in the captions{say_perhaps(near)}"
-
-
-def without_amounts(reading: Reading) -> Reading:
-    """A reading without repeats and durations; one with exclusions stays as it is.
-
-    >>> jump = (("jump",),)
-    >>> plain = without_amounts(Reading((Part(jump), Part(jump), Part((("sit",),), 2.0, 2))))
-    >>> [(part.actions, part.seconds, part.repeat_of) for part in plain.parts]
-    [((('jump',),), 0.0, 0), ((('sit',),), 0.0, 1)]
-    """
-    if reading.exclusions:
-        return reading
-    once = [part for k, part in enumerate(reading.parts) if part.repeat_of == k]
-    return Reading(tuple(replace(p, seconds=0.0, repeat_of=n) for n, p in enumerate(once)))
 
 
 def with_hints(question: KnownQuestion, hints: Mapping[str, tuple[str, ...]]) -> KnownQuestion:
