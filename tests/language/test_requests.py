@@ -188,6 +188,7 @@ def test_changes_and_named_captures_are_read_as_they_are_meant(text: str, asked:
             "kick left foot, then roundhouse kick right foot",
         ),
         ("a right hook", "hook right hand"),
+        ("step to the left and kick", "step left and kick"),
         ("turn left, kick right", "turn left, then kick right"),
         ("jump off the left foot", "takeoff left foot"),
         ("run up and jump", "run and jump"),
