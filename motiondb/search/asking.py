@@ -112,7 +112,7 @@ class AskedQuestion:
     only: tuple[str, ...] = ()  # Words, known or not, of the only action; () if there are more
     measured: tuple[str, ...] = ()  # Words that are measured in the motion, not searched
     unmeasured: tuple[str, ...] = ()  # Words that other questions measure and this one does not
-    apart: tuple[str, ...] = ()  # Words that are asked for as one, and no caption says so
+    apart: tuple[str, ...] = ()  # What is asked for as one action, and no caption says so
     left: tuple[str, ...] = ()  # Words that are neither searched nor measured
     time: str = ""  # The part of a take in which it asks for its action, as written
     degree: Degree | None = None  # By which measure of the motion the answers are ordered

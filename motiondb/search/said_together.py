@@ -60,7 +60,7 @@ class Searched:
     """Readings in the words that are searched, and what became of the others."""
 
     readings: tuple[Reading, ...]
-    apart: tuple[str, ...] = ()  # Words that no caption says of one action
+    apart: tuple[str, ...] = ()  # Words, or those said together, that no caption says of one action
     left: tuple[str, ...] = ()  # Words that are neither searched nor measured
 
 
@@ -105,7 +105,7 @@ def searched_together(
                 stands[action] = groups
                 groups = [group for group in groups if group not in stood]
             searched += groups
-            apart.extend(word for group in groups for word in group if len(groups) > 1)
+            apart.extend(" ".join(group) for group in groups if len(groups) > 1)
             spoken = only or action
             known = {*measured(spoken), *_implied(spoken)} - _free_limbs(spoken)
             left.extend(word for word in lost if word not in known)
@@ -171,13 +171,37 @@ def _groups(
     if not heads:
         return [tuple(word for word in action if word not in GENERAL)], []
     if not said(heads):
-        return [(head,) for head in heads], [word for word in action if word in MODIFIERS]
+        return _as_said([word for word in action if word in MODIFIERS or word in heads], said)
     kept = list(heads)
     for word in action:
         if word in MODIFIERS and said([*kept, word]):
             kept.append(word)
     ordered = tuple(word for word in action if word in kept)
     return [ordered], [w for w in action if w not in kept and w not in GENERAL]
+
+
+def _as_said(
+    words: Sequence[str], said: Callable[[Collection[str]], bool]
+) -> tuple[list[tuple[str, ...]], list[str]]:
+    """Words that captions do not say together, in the longest groups that they do; those left out.
+
+    A direction or limb stays with the action beside it, if captions say it of that.
+
+    >>> _as_said(("hand", "stand", "walk"), lambda words: "walk" not in words or len(words) < 2)
+    ([('hand', 'stand'), ('walk',)], [])
+    """
+    groups, waiting, lost = list[list[str]](), list[str](), list[str]()
+    for word in words:
+        if groups and said([*groups[-1], word]):
+            groups[-1].append(word)
+        elif word in MODIFIERS:
+            waiting.append(word)
+        else:
+            before = [one for one in waiting if said([one, word])]
+            lost += [one for one in waiting if one not in before]
+            groups.append([*before, word])
+            waiting = []
+    return [tuple(group) for group in groups], [*lost, *waiting]
 
 
 def _free_limbs(action: Sequence[str]) -> set[str]:
