@@ -1,8 +1,10 @@
-r"""Phrases of questions that are read as other words, from the table ``phrases.txt``.
+r"""Phrases of captions and questions that are read as other words, from two tables.
 
-A line of the table is a pattern and its replacement, ``seated => sitting``, or a pattern with a
-name, ``SPEED = {speed|pace}``. Patterns are regular expressions written for reading: a space is any
-white space, ``{a|b}`` a group that is not remembered, ``{SPEED}`` a named pattern.
+Those of ``caption_phrases.txt`` name a motion ("shakes hands"), those of ``request_phrases.txt``
+are how people ask ("starts with", "hands on hips"). A line of a table is a pattern and its
+replacement, ``seated => sitting``, or a pattern with a name, ``SPEED = {speed|pace}``. Patterns are
+regular expressions written for reading: a space is any white space, ``{a|b}`` a group that is not
+remembered, ``{SPEED}`` a named pattern.
 """
 
 from __future__ import annotations
@@ -37,9 +39,9 @@ class Phrases:
 
 
 @cache
-def phrases() -> Phrases:
-    """Those of the table."""
-    table = resources.files("motiondb.language").joinpath("phrases.txt")
+def phrases(of: str) -> Phrases:
+    """Those of a table, "caption" or "request"."""
+    table = resources.files("motiondb.language").joinpath(f"{of}_phrases.txt")
     return read_phrases(table.read_text(encoding="utf-8"))
 
 

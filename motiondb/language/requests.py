@@ -70,7 +70,7 @@ def without_request(text: str) -> str:
     if len(text) > MOST_CHARACTERS:
         return text  # which is refused
     text = unquote(text).lstrip()
-    table, named = phrases(), phrases().named
+    table, named = phrases("request"), phrases("request").named
     framed = named["REQUEST"].match(text)
     if framed is not None and framed.end() < len(text):
         text = text[framed.end() :]
@@ -124,6 +124,6 @@ def _in_order(found: re.Match[str]) -> str:
 
 def _names_motion(words: str) -> bool:
     """Whether the first of some words, but its adjective, names a movement ("two small steps")."""
-    numeral = phrases().named["NUMERAL"]
+    numeral = phrases("request").named["NUMERAL"]
     said = [word for word in words.split() if numeral.fullmatch(word) is None]
     return any(lemma(word) in (VERBS | {"stride"}) - _OBJECTS for word in said[:2])

@@ -24,6 +24,7 @@ import numpy as np
 
 from motiondb.errors import SheetError
 from motiondb.language.lemmas import VERBS, lemma
+from motiondb.language.phrases import phrases
 from motiondb.records import IntArray
 
 _STOP_WORDS = """
@@ -77,10 +78,8 @@ BOX = "thebox"  # For a box that is a thing: to box is another word
 OUT_ASIDE, OUT_AHEAD = "outaside", "outahead"  # For arms out to the sides, and in front
 MOST_OFTEN, LEAST_OFTEN = "mostoften", "leastoften"  # For "the most jumps", "the fewest jumps"
 FIGURE_EIGHT = "figureeight"  # For "in a figure eight": not a number of times
-_LEGGED = ("cross", "bow", "knock", "stiff", "straight", "bare", "flat")
 _SAID = {
     FIGURE_EIGHT: "in a figure eight",
-    **{f"{way}{of}": f"{way}-{of}" for way in _LEGGED for of in ("legged", "footed")},
     **{"hiphop": "hip hop", "thumbsup": "thumbs up", "highfive": "high five"},
     "allfours": "on all fours",
     **{OUT_ASIDE: "out to the side", OUT_AHEAD: "out in front"},
@@ -98,121 +97,6 @@ _AFTER = re.compile(r"\bafter\b", re.IGNORECASE)
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 _WORD = re.compile(r"[^\W\d_]+(?:'[^\W\d_]+)?")
 _WILD = re.compile(r"(?:(?<=[\s,;.])|^)\?(?=[\s,;.?]|$)")
-_PHRASES = (
-    (re.compile(r"\blay[\s-]+ups?\b", re.IGNORECASE), "layup"),
-    (re.compile(r"\b(push|press|sit|pull|chin)(?:-ups?|\s+ups)\b", re.IGNORECASE), r"\1up"),
-    (
-        re.compile(
-            r"\b(?:walk|stand|balanc)(?:e?s|ing|e?d|e)?\s+on\s+(?:(?:both|the|his|her|their)\s+)*hands\b"
-            r"(?!\s+and\s+(?:knees|feet|legs))",
-            re.IGNORECASE,
-        ),
-        "hand stand",
-    ),
-    (re.compile(r"\b(?:break|brake)[\s-]*(?=danc)", re.IGNORECASE), "break "),
-    (re.compile(r"\b(?:shak(?:e|es|ing)|shook)\s+hands\b", re.IGNORECASE), "handshake"),
-    (
-        re.compile(
-            r"\b(?:in\s+)?(?:an?\s+|the\s+)?figures?[\s-]+(?:of[\s-]+)?(?:an?\s+)?(?:eights?|8s?)\b"
-            r"(?!\s+times\b)|\bin\s+(?:the\s+shape\s+of\s+)?an\s+(?:eight|8)"
-            r"(?:[\s-](?:shaped?|figure)|(?=\s*(?:$|[,.;:?!]|(?:and|then|around|while|with)\b)))",
-            re.IGNORECASE,
-        ),
-        FIGURE_EIGHT,
-    ),
-    (
-        re.compile(
-            r"(?<!\bon\s)(?<!\bhis\s)(?<!\bher\s)\b(?:(hip)[\s-](?=hop\b)|(goose)[\s-](?=step)"
-            r"|(moon)[\s-](?=walk))",
-            re.IGNORECASE,
-        ),
-        r"\1\2\3",
-    ),
-    (
-        re.compile(rf"\b({'|'.join(_LEGGED)})[\s-]+(legged|footed)\b", re.IGNORECASE),
-        r"\1\2",
-    ),
-    (re.compile(r"\bthumbs?[\s-]up\b", re.IGNORECASE), "thumbsup"),
-    (re.compile(r"\bhigh[\s-](?:five|5)s?\b(?!\s+times\b)", re.IGNORECASE), "highfive"),
-    (
-        re.compile(
-            r"\b((?:jump|hop|leap|bounc)\w*)\s+up\s+and\s+down\b(?!\s+(?:the|an?|on|from)\b)",
-            re.IGNORECASE,
-        ),
-        r"\1",
-    ),
-    (
-        re.compile(
-            r"\b(?:get|gets|getting|got)\s+(?:back\s+)?up\b(?!\s+(?:on|onto|to|speed)\b)",
-            re.IGNORECASE,
-        ),
-        "stand up",
-    ),
-    (
-        re.compile(
-            r"\b((?:walk|run|jog|sprint|march|step|pace|jump|leap|hop|skip|bounc|turn|spin|rotat|pivot"
-            r"|danc|shuffl|stomp|sway|wav|punch|kick|box)\w*(?:\s+[^\W\d_]+){0,3}?)\s+"
-            r"(?:in\s+place\b(?!\s+of\b)|on\s+the\s+spot\b)",
-            re.IGNORECASE,
-        ),
-        rf"\1 {IN_PLACE}",
-    ),
-    (
-        re.compile(
-            r"\b(?:a?round\s+)?in\s+(?:an?\s+)?(?:(?:big|large|wide|small|tight|full|complete)\s+)?"
-            r"circles?\b(?!\s+with\b)",
-            re.IGNORECASE,
-        ),
-        IN_A_CIRCLE,
-    ),
-    (
-        re.compile(
-            r"\b((?:an?|the|his|her|their|big|large|small|heavy|light|empty|full|wooden|cardboard"
-            r"|two(?=\s+boxes)|three(?=\s+boxes))\s+|(?:lift|carr|push|pull|hold|stack|mov|pick)\w*\s+(?:up\s+)?(?=boxes))"
-            r"box(?:es)?\b(?!\s+(?:jump|step|squat|with|against))",
-            re.IGNORECASE,
-        ),
-        rf"\1{BOX}",
-    ),
-    (
-        re.compile(
-            r"\b(?:com(?:e|es|ing)|came)\s+to\s+an?\s+"
-            r"((?:sudden|abrupt|complete|full|quick|slow)\s+)?(?:halt|stop|standstill)\b",
-            re.IGNORECASE,
-        ),
-        r"\1stop",
-    ),
-    (
-        re.compile(
-            r"\b(?:on\s+|(?<=stand\s)|(?<=hop\s)|(?<=balance\s))(?:just\s+|only\s+)?"
-            r"(?:one|a\s+single)\s+(?=leg\b|foot\b)",
-            re.IGNORECASE,
-        ),
-        f"{SINGLE} ",
-    ),
-    (
-        re.compile(
-            r"\b((?:walk|run|jog|sprint|idle|crawl|skip|hop|march|danc|limp)\w*)\s+(?:cycle|loop)s?\b",
-            re.IGNORECASE,
-        ),
-        r"\1",
-    ),
-    (
-        re.compile(
-            r"\b(?:one|single)[-\s](leg|foot)(?:(?:ged|ed)\b|(?=\s+(?:hop|jump|stand|balanc)))",
-            re.IGNORECASE,
-        ),
-        rf"{SINGLE} \1",
-    ),
-    (
-        re.compile(
-            r"\b(?:high\s+)?(?:above|over)\s+(?:(?:the|his|her|their|its|your|my|one's)\s+)?heads?\b"
-            r"|\b(?<=arms\s)in\s+the\s+air\b|\b(?<=hands\s)in\s+the\s+air\b",
-            re.IGNORECASE,
-        ),
-        OVERHEAD,
-    ),
-)
 SAME = (
     ("backward roll", "backward somersault", "back somersault"),
     ("forward roll", "somersault"),
@@ -301,18 +185,16 @@ def join_phrases(text: str) -> str:
     ('walks circular', 'run circular')
     """
     text = normalize("NFC", text).translate(_APOSTROPHES)
-    for phrase, word in _PHRASES:
-        text = phrase.sub(word, text)
-    return text
+    return phrases("caption").replaced(text)
 
 
 def as_said(word: str) -> str:
     """A word as people write it.
 
-    >>> as_said(IN_PLACE), as_said("walk")
-    ('in place', 'walk')
+    >>> as_said(IN_PLACE), as_said("walk"), as_said("crosslegged")
+    ('in place', 'walk', 'cross-legged')
     """
-    return _SAID.get(word, word)
+    return _SAID.get(word) or re.sub(r"(?<=\w)(?=(?:legged|footed)$)", "-", word)
 
 
 def split_compound(token: str) -> list[str]:
@@ -427,7 +309,7 @@ def nearest_words(word: str, known: Iterable[str]) -> tuple[str, ...]:
     >>> nearest_words("wlak", ["walk", "run", "talk"]), nearest_words(BOX, ["box"])
     (('walk',), ())
     """
-    if word in _SAID:
+    if as_said(word) != word:
         return ()
     return tuple(get_close_matches(word, sorted(known), n=3, cutoff=0.6))
 
