@@ -31,6 +31,7 @@ from motiondb.search.seen_frames import SeenFrames
 CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thirds, or .3 each
 WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
 FLOWN = 0.2  # Metres to a side of a jump that goes there, if it goes less far ahead or back
+BESIDE = 15  # Frames (0.5 s) before or after an action in which it takes off or lands
 HELD_FOR = 9  # Frames (0.3 s) for which a posture is at least held while something else is done
 
 
@@ -105,13 +106,17 @@ def held_meanwhile(
 
     A caption that says it is not contradicted: a short touch may be elsewhere in the take.
     """
-    held = held_inside(seen.events(posture_of(action)), place.start, place.end)
+    posture = posture_of(action)
+    around = BESIDE if posture.startswith(("land", "takeoff")) else 0  # which a flight adjoins
+    held = held_inside(seen.events(posture), place.start - around, place.end + around)
     start, end = max(held, key=lambda run: run[1] - run[0], default=(0, 0))
     if end:
+        flights = [(a, b) for a, b in seen.events("jump") if around and a < end and b > start]
+        start, end = min([start, *(a for a, _ in flights)]), max([end, *(b for _, b in flights)])
         return replace(unsure(place), start=start, end=end), []
     if _is_said(asked, seen, action):
         return unsure(place), []
-    return unsure(place), [f"does not {say_posture(posture_of(action))} meanwhile"]
+    return unsure(place), [f"does not {say_posture(posture)} meanwhile"]
 
 
 def other_posture(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
@@ -128,9 +133,10 @@ def on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> 
     if not held:
         return []
     leg = f"one {held[1]}" if held[0] == SINGLE else f"the {' '.join(held)}"
-    hop = hop_on(action)
-    if hop:
-        is_on = any(a < place.end and b > place.start for a, b in seen.events(hop))
+    posture = posture_of(action)
+    event = hop_on(action) or (posture if posture.startswith("takeoff") else "")
+    if event:
+        is_on = any(a < place.end and b > place.start for a, b in seen.events(event))
     else:
         is_on = is_on_foot(seen.track[place.start : place.end, 4:6], as_said(held[0]))
     return [] if is_on else [f"is not on {leg} alone"]

@@ -392,6 +392,15 @@ def test_jumps_to_a_side_are_measured_in_their_flights(db: motiondb.MotionDB) ->
     assert aside < -0.2 < ahead
 
 
+def test_the_foot_that_a_jump_leaves_is_looked_for_beside_it(db: motiondb.MotionDB) -> None:
+    answer = db.search("jump off one foot", limit=101)
+    assert answer.measured == ("take off from one foot alone",)
+    for match in [m for m in answer.matches if not m.contradicted]:
+        takeoffs = find_occurrences(track_of(db, match.capture), "takeoff one")
+        assert any(a / 30.0 < match.end + 0.5 and b / 30.0 > match.start - 0.5 for a, b in takeoffs)
+    assert any(match.contradicted for match in answer.matches)
+
+
 def test_takes_are_ordered_by_how_often_something_is_done(db: motiondb.MotionDB) -> None:
     most, least = (db.search(f"the {how} punches", limit=6).matches for how in ("most", "fewest"))
     counts = [len(find_occurrences(track_of(db, m.capture), "punch")) for m in (*most, *least)]
