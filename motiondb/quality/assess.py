@@ -47,6 +47,11 @@ have one as not: benchmarks/capture_quality.py, which has no gaps and no limbs i
 that are needed do not lower it, nor does where the floor of the file is: one shift mends it."""
 
 
+BREAK, BESIDE_BREAK = 0.2, 0.2
+"""Metres by which a leg jumps that is in a wrong place before or after it; seconds around it."""
+_LEG = ("hip", "knee", "ankle", "toe")
+
+
 def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Quality:
     """Say what a capture lacks, from its joints (frames, 21, 3), metres, y up, NaN where unseen."""
     m = measure(points, fps, has_toes)
@@ -56,17 +61,33 @@ def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Quality:
         if len(points) / max(1, round(fps / MOST_FPS)) < LEAST_FRAMES:
             reason = f"too few frames, {len(points)}"
         return Quality((), (f"cannot say anything: {reason}",), np.full(n_seconds, 0.5), 0.0, ())
-    found = unit_findings(m)
+    found, doubted = unit_findings(m), dict[Finding, Finding]()
     flown = flights(m)
     if not found:
         rate = rate_finding(flown, m.n / m.fps, "the capture")
         needs = supports(m)
         stands = any(each.part == "feet" for each in needs)
         wrong = [each for each in faults(m) if not (stands and each.kind == "floor tilts")]
+        doubted = {need: by for need in needs if (by := _breaks(need, wrong))}
+        needs = [need for need in needs if need not in doubted]
         found = needs + wrong + ([rate] if rate else falls(m))
     found.sort(key=lambda each: (each.start, each.kind))
     numbers = np.array([_number(found, s) for s in range(n_seconds)])
-    return Quality(tuple(found), _untold(m, flown), numbers, m.floor, flown)
+    open_ = [f"cannot say that it {need.sentence}: {by.sentence}" for need, by in doubted.items()]
+    return Quality(tuple(found), (*_untold(m, flown), *open_), numbers, m.floor, flown)
+
+
+def _breaks(need: Finding, faults: Sequence[Finding]) -> Finding | None:
+    """The jump of a leg with which something that is needed begins or ends.
+
+    A leg in a wrong place stands on nothing; a body that is cut from a seat did sit.
+    """
+    for fault in faults:
+        low, high = fault.start - BESIDE_BREAK, fault.end + BESIDE_BREAK
+        jumps = fault.kind == "jumps" and fault.part.endswith(_LEG) and fault.measure >= BREAK
+        if jumps and (low <= need.start <= high or low <= need.end <= high):
+            return fault
+    return None
 
 
 def _untold(m: Measured, flown: tuple[tuple[float, float], ...]) -> tuple[str, ...]:

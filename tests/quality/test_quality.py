@@ -326,6 +326,21 @@ def test_a_knee_that_bends_backwards_is_named() -> None:
     assert found.sentence == "the left knee bends backwards, 0.0 to 3.0 s"
 
 
+def test_a_need_that_ends_with_a_leg_that_jumps_is_doubted() -> None:
+    p = standing(6.0)
+    legs = [I[f"{s}_{name}"] for s in "lr" for name in ("knee", "ankle", "toe")]
+    ahead = p.copy()
+    ahead[:, legs, 2] += 0.3
+    assert "leans" in kinds(assess(blended(p, ahead, 0.0, 3.0), FPS))
+    p[:180] = ahead[:180]  # the legs were in a wrong place until they jump
+    doubted = assess(p, FPS)
+    assert kinds(doubted) == {"jumps"}
+    assert doubted.untold[-1] == (
+        "cannot say that it leans on something or somebody, 12 cm out of balance, 0.0 to 3.0 s: "
+        "the left knee jumps by 30 cm, 3.00 to 3.02 s"
+    )
+
+
 def test_a_slide_for_two_seconds_is_told_with_its_time() -> None:
     p = standing(8.0)
     t = np.arange(len(p)) / FPS
