@@ -23,8 +23,12 @@ _LINE = re.compile(r'([A-Z_]+) = (.+)|(.+?) ?=> ?(?:"(.*)"|(.*))')
 class Phrases:
     """The patterns that have a name, and those that are replaced, with what replaces them."""
 
-    named: Mapping[str, re.Pattern[str]]
+    expressions: Mapping[str, str]
     rules: tuple[tuple[re.Pattern[str], str], ...]
+
+    def named(self, name: str) -> re.Pattern[str]:
+        """The pattern of a name; those that only stand within others are never compiled."""
+        return re.compile(self.expressions[name], re.IGNORECASE)
 
     def replaced(self, text: str) -> str:
         r"""A text in which every phrase is replaced.
@@ -58,7 +62,7 @@ def read_phrases(text: str) -> Phrases:
             else:
                 whole = re.compile(rf"\b(?:{_expression(rule, named)})\b", re.IGNORECASE)
                 rules.append((whole, plain if quoted is None else quoted))
-    return Phrases({name: re.compile(p, re.IGNORECASE) for name, p in named.items()}, tuple(rules))
+    return Phrases(named, tuple(rules))
 
 
 def _expression(pattern: str, named: Mapping[str, str]) -> str:

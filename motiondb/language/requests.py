@@ -71,22 +71,22 @@ def without_request(text: str) -> str:
         return text  # which is refused
     text = unquote(text).lstrip()
     table, named = phrases("request"), phrases("request").named
-    framed = named["REQUEST"].match(text)
+    framed = named("REQUEST").match(text)
     if framed is not None and framed.end() < len(text):
         text = text[framed.end() :]
-    length = named["LENGTH"].search(text)
+    length = named("LENGTH").search(text)
     if length is not None:
-        text = f"{named['LENGTH'].sub('', text)} for a {'short' if length[1] else 'long'} time"
-    begins = named["BEGINS"].match(text) is not None
-    text = named["NAMED_CAPTURES"].sub("", named["OF_CAPTURES"].sub("", text))
-    text = named["FROM_ONE"].sub(_in_order, named["BECOMES"].sub(_change, text))
-    text = table.replaced(named["FROM_TO"].sub(_in_order, text))
-    text = named["LIGHT"].sub(lambda found: "" if _names_motion(found[1]) else found[0], text)
+        text = f"{named('LENGTH').sub('', text)} for a {'short' if length[1] else 'long'} time"
+    begins = named("BEGINS").match(text) is not None
+    text = named("NAMED_CAPTURES").sub("", named("OF_CAPTURES").sub("", text))
+    text = named("FROM_ONE").sub(_in_order, named("BECOMES").sub(_change, text))
+    text = table.replaced(named("FROM_TO").sub(_in_order, text))
+    text = named("LIGHT").sub(lambda found: "" if _names_motion(found[1]) else found[0], text)
     for name, often in _COUNTED:
-        text = named[name].sub(partial(_as_often, often), text)
+        text = named(name).sub(partial(_as_often, often), text)
     ended = _after_no_action(text).lstrip()
     where = "end" if ended != text.lstrip() else "start" if begins else ""
-    if where and named["IS_PLACED"].search(ended) is None:
+    if where and named("IS_PLACED").search(ended) is None:
         return f"{ended} at the {where}"
     return ended
 
@@ -124,6 +124,6 @@ def _in_order(found: re.Match[str]) -> str:
 
 def _names_motion(words: str) -> bool:
     """Whether the first of some words, but its adjective, names a movement ("two small steps")."""
-    numeral = phrases("request").named["NUMERAL"]
+    numeral = phrases("request").named("NUMERAL")
     said = [word for word in words.split() if numeral.fullmatch(word) is None]
     return any(lemma(word) in (VERBS | {"stride"}) - _OBJECTS for word in said[:2])

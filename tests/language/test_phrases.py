@@ -17,7 +17,7 @@ def test_every_pattern_with_a_name_is_used() -> None:
     text = resources.files("motiondb.language").joinpath("request_phrases.txt").read_text("utf-8")
     rules = "".join(line for line in text.splitlines() if not line.startswith("#"))
     used = {*re.findall(r"\{([A-Z_]+)\}", rules), *ASKED_FOR.split()}
-    assert set(phrases("request").named) == used
+    assert set(phrases("request").expressions) == used
 
 
 def test_patterns_go_on_in_lines_that_are_set_in_and_words_may_begin_with_a_space() -> None:

@@ -43,6 +43,9 @@ NUMBER = (
     rf"|{_BELOW_HUNDRED})\b)"
 )  # Pattern of a number of at most six digits, or in words below a thousand
 
+FEW = rf"(?:[0-9]{{1,4}}(?:[.,][0-9]{{1,2}})?|{'|'.join(_ONES[1:])})"
+"""Pattern of a number in digits, or in words below twenty: of seconds of a take."""
+
 _HALVES = (
     rf"(?:{NUMBER}\ and\ a\ half|{NUMBER}\ 1/2|(?:one|a)?\ ?half(?:\ of)?(?:\ an?)?"
     rf"|(?:a\ )?quarter\ of\ an?|three\ quarters\ of\ an?)"

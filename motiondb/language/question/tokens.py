@@ -29,7 +29,7 @@ from itertools import groupby, takewhile
 from motiondb.errors import QueryError
 from motiondb.language.lemmas import VERBS
 from motiondb.language.question.amounts import (
-    NUMBER,
+    FEW,
     manner_of,
     match_count,
     match_duration,
@@ -41,18 +41,18 @@ from motiondb.language.question.amounts import (
 from motiondb.language.question.tree import LIMBS, NotUsed
 from motiondb.language.vocabulary import MODIFIERS, join_phrases, motion_word, split_compound
 
-_SECONDS = rf"{NUMBER}\s*(?:s|sec|secs|seconds?|min|mins|minutes?|ms|milliseconds?)"
+_SECONDS = rf"{FEW}\s*(?:s|sec|secs|seconds?|min|mins|minutes?|ms|milliseconds?)"
 _HALF = r"half\s+(?:a\s+)?"
 _LENGTH = rf"(?:{_SECONDS}|(?:{_HALF})?(?:second|minute)|few\s+seconds|half|third)"
 _PART = rf"(?:first|last|final)\s+{_LENGTH}"
 _EDGE = r"the\s+(?:very\s+)?(?:beginning|start|end)"
 _OF_TAKE = r"(?:the|a|each|every)\s+(?:clip|take|capture|file|recording|motion|sequence)"
 _UNIT = r"(?:s|sec|secs|seconds?|min|mins|minutes?)"
-_POINT = rf"(?:second\s+{NUMBER}|{NUMBER}(?:\s*{_UNIT})?)"
+_POINT = rf"(?:second\s+{FEW}|{FEW}(?:\s*{_UNIT})?)"
 _SPAN = (
-    rf"(?:from\s+{_POINT}\s+(?:to|until|till)\s+(?:second\s+{NUMBER}|{_SECONDS})"
-    rf"|from\s+second\s+{NUMBER}\s+(?:to|until|till)\s+{NUMBER}"
-    rf"|between\s+(?:second\s+{NUMBER}\s+and\s+{_POINT}|{NUMBER}\s*{_UNIT}\s+and\s+{_SECONDS}))"
+    rf"(?:from\s+{_POINT}\s+(?:to|until|till)\s+(?:second\s+{FEW}|{_SECONDS})"
+    rf"|from\s+second\s+{FEW}\s+(?:to|until|till)\s+{FEW}"
+    rf"|between\s+(?:second\s+{FEW}\s+and\s+{_POINT}|{FEW}\s*{_UNIT}\s+and\s+{_SECONDS}))"
 )
 _WORDS = (
     (
@@ -69,7 +69,7 @@ _WORDS = (
         rf"|at\s+{_EDGE}\s+of\s+(?:{_OF_TAKE}|(?:the|a|each|every)(?=\s*(?:[,.;?!]|$)))"
         rf"|at\s+{_EDGE}(?:\s+(?:and|or)\s+{_EDGE})*(?!\s+of\b))"
         rf"|(?:after|before|until|till)\s+(?:the\s+first\s+)?{_SECONDS}(?=\s*(?:[.;?!]|$))"
-        rf"|(?:at|near|around|about|after|before|until|till)\s+second\s+{NUMBER}"
+        rf"|(?:at|near|around|about|after|before|until|till)\s+second\s+{FEW}"
         rf"|at\s+(?:(?:about|around)\s+)?{_SECONDS}(?!\s+(?:each|intervals?|per)\b)"
         rf"|{_SECONDS}\s+in(?:to\s+{_OF_TAKE})?(?=\s*(?:[,.;?!]|$))|{_SPAN}"
         rf"|the\s+{_PART}\s+of\b"
@@ -223,7 +223,7 @@ def time_of_take(text: str, seconds: float) -> tuple[float, float] | None:
         start, end = _duration(moment) - NEAR, _duration(moment) + NEAR
     elif found["from"]:
         unit = re.search(rf"(?:{_UNIT})?$", found["to"])
-        bare = re.fullmatch(NUMBER, found["from"])
+        bare = re.fullmatch(FEW, found["from"])
         start = _duration(f"{found['from']} {unit[0] if unit and bare else ''}")
         end = _duration(found["to"])
     elif found["middle"]:
@@ -247,8 +247,8 @@ def _at_an_end(found: re.Match[str], seconds: float) -> tuple[float, float]:
 
 def _duration(text: str) -> float:
     """The seconds of "2 s", "half a second", "second", "few seconds" and "second 5"."""
-    text = re.sub(rf"^second\s+(?={NUMBER})", "", text).strip()
-    if re.fullmatch(NUMBER, text):
+    text = re.sub(rf"^second\s+(?={FEW})", "", text).strip()
+    if re.fullmatch(FEW, text):
         return to_number(text)
     found = match_duration(text) or match_duration(f"one {text}")
     return EDGE if found is None else found[1]
