@@ -7,6 +7,7 @@ Answers carry no probabilities, since none was calibrated for parts of takes.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -15,14 +16,17 @@ from numpy.typing import NDArray
 
 from motiondb.body.features import FEATURE_FPS, FEATURE_STEP, runs
 from motiondb.language.question.readings import KnownQuestion, Reading
-from motiondb.language.question.tokens import time_of_take
+from motiondb.language.question.tokens import WHOLE, time_of_take
 from motiondb.language.vocabulary import MODIFIERS
 from motiondb.meaning.edge_map import HALF
 from motiondb.meaning.occurrences import event_of
+from motiondb.meaning.postures import is_held
+from motiondb.meaning.travelled import GOES, REST
 from motiondb.search.asked_words import AskedWords
 from motiondb.search.placing import PartPlace, unsure
 from motiondb.search.seen_frames import SeenFrames
 
+WHOLLY = 0.8  # Share of a take in which is shown what is shown the whole time
 LEAST_INSIDE = 9  # Frames (0.3 s), or half of a place, that lie in the part of the take
 
 
@@ -32,7 +36,18 @@ def asked_time(question: KnownQuestion, read: Sequence[Reading]) -> str:
     is_one = len(times) == len(read) == len(read[0].parts) == 1
     part = read[0].parts[0]
     is_plain = is_one and not (read[0].exclusions or read[0].unseen)
-    return times[0] if is_plain and (part.actions or part.said) else ""
+    asked = part.said or part.actions
+    is_open = bool(times) and _is_whole(times[0]) and not all(map(_goes_on, asked))
+    return times[0] if is_plain and asked and not is_open else ""
+
+
+def _is_whole(time: str) -> bool:
+    return re.fullmatch(WHOLE, time, re.IGNORECASE) is not None
+
+
+def _goes_on(action: Sequence[str]) -> bool:
+    """Whether how long an action goes on is measured: of who travels, rests or holds a posture."""
+    return not (GOES | REST).isdisjoint(action) or is_held(event_of(action))
 
 
 def room_asked(seen: SeenFrames, time: str, room: slice) -> slice:
@@ -72,6 +87,11 @@ def place_in_time(
     here = place.start, place.end
     event = event_of(actions[0]) if len(actions) == 1 else ""
     events = seen.events(event) if event and not seen.is_away else []
+    if _is_whole(time):
+        lasting = min(seen.longest_going(action)[0] for action in actions)
+        whole = replace(unsure(place), start=low, end=high, unknown=False)
+        is_shown = lasting * FEATURE_FPS >= WHOLLY * seen.n_frames
+        return (whole, []) if is_shown else (unsure(place), [f"not {time}"])
     if not place.unknown and lies_there(here) and not events:
         return unsure(place), []
     action = [word for words in actions for word in words]

@@ -442,9 +442,19 @@ def test_directions_that_no_caption_holds_are_measured_of_several_actions(
     assert "does not stay in place" in against
 
 
+def test_who_goes_on_the_whole_time_is_measured(db: motiondb.MotionDB) -> None:
+    answer = db.search("walks the whole time", limit=101)
+    assert answer.measured == ("the whole time",)
+    whole = [match for match in answer.matches if not match.contradicted]
+    assert whole
+    assert all(match.end - match.start >= 0.8 * seconds_of(db, match.capture) for match in whole)
+    assert any("not the whole time" in match.contradicted for match in answer.matches)
+
+
 @pytest.mark.parametrize(
     ("question", "left"),
     [
+        ("waves the whole time", "the whole time"),
         ("ends with a jump or a kick", "at the end"),
         ("walk without kneeling at the end", "at the end"),
         ("jump, but not at the end", "but not at the end"),

@@ -49,6 +49,11 @@ _EDGE = r"the\s+(?:very\s+)?(?:beginning|start|end)"
 _OF_TAKE = r"(?:the|a|each|every)\s+(?:clip|take|capture|file|recording|motion|sequence)"
 _UNIT = r"(?:s|sec|secs|seconds?|min|mins|minutes?)"
 _POINT = rf"(?:second\s+{FEW}|{FEW}(?:\s*{_UNIT})?)"
+WHOLE = (
+    r"(?:for\s+)?the\s+(?:whole|entire)\s+(?:time|clip|take|capture|recording)|all\s+the\s+time"
+    r"|throughout(?:\s+the\s+(?:clip|take|recording))?|from\s+(?:start|beginning)\s+to\s+(?:finish|end)"
+)
+"""Pattern of what is said of a whole take."""
 _SPAN = (
     rf"(?:from\s+{_POINT}\s+(?:to|until|till)\s+(?:second\s+{FEW}|{_SECONDS})"
     rf"|from\s+second\s+{FEW}\s+(?:to|until|till)\s+{FEW}"
@@ -74,7 +79,8 @@ _WORDS = (
         rf"|{_SECONDS}\s+in(?:to\s+{_OF_TAKE})?(?=\s*(?:[,.;?!]|$))|{_SPAN}"
         rf"|the\s+{_PART}\s+of\b"
         rf"|(?:half-?\s?way\s+through|in\s+the\s+middle\s+of)\s+{_OF_TAKE}"
-        r"|(?:half-?\s?way(?:\s+through)?|in\s+the\s+middle)(?=\s*(?:[,.;?!]|$))",
+        r"|(?:half-?\s?way(?:\s+through)?|in\s+the\s+middle)(?=\s*(?:[,.;?!]|$))"
+        rf"|{WHOLE}",
     ),
     (
         "skip",
@@ -84,8 +90,7 @@ _WORDS = (
         "vague",
         r"for\s+(?:a|some|quite\s+a)\s+(?:very\s+)?(?:long\s+|short\s+|little\s+)?"
         r"(?:while|time|moment|bit)|for\s+(?:long|ages)|once\s+in\s+a\s+while|from\s+time\s+to\s+time"
-        r"|briefly|sometimes|often|all\s+the\s+time|(?:for\s+)?the\s+(?:whole|entire)\s+"
-        r"(?:time|clip|take|capture|recording)|throughout(?:\s+the\s+(?:clip|take|recording))?"
+        r"|briefly|sometimes|often"
         r"|(?:a\s+few|several|some|a\s+couple\s+of)\s+(?:met(?:er|re)s?|yards?|feet|degrees)",
     ),
     (
@@ -191,7 +196,7 @@ _TIME_OF_TAKE = re.compile(
     rf"|(?:at|near|around|about)\s+(?:(?:about|around)\s+)?(?P<at>{_POINT})"
     rf"|(?P<into>{_SECONDS})\s+in(?:to\b.*)?"
     rf"|(?:from|between)\s+(?P<from>{_POINT})\s+(?:to|until|till|and)\s+(?P<to>{_POINT})"
-    r"|(?P<middle>half|in\s+the\s+middle).*",
+    rf"|(?P<middle>half|in\s+the\s+middle).*|{WHOLE}",
 )
 NEAR = 1.0  # Seconds before and after a moment of a take in which something is at it
 
@@ -211,6 +216,8 @@ def time_of_take(text: str, seconds: float) -> tuple[float, float] | None:
     ((2.0, 4.0), (2.0, 3.0))
     >>> time_of_take("around second 1", 9.0), time_of_take("halfway through the take", 9.0)
     ((0.0, 2.0), (3.0, 6.0))
+    >>> time_of_take("the whole time", 9.0)
+    (0.0, 9.0)
     """
     found = _TIME_OF_TAKE.fullmatch(text.strip().lower())
     if found is None:
@@ -228,6 +235,8 @@ def time_of_take(text: str, seconds: float) -> tuple[float, float] | None:
         end = _duration(found["to"])
     elif found["middle"]:
         start, end = seconds / 3.0, 2.0 * seconds / 3.0
+    elif not (found["edge"] or found["length"]):
+        start, end = 0.0, seconds
     else:
         return _at_an_end(found, seconds)
     return min(max(start, 0.0), seconds), min(end, seconds)
