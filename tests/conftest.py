@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import gc
 import json
 import os
 import shutil
@@ -47,9 +48,30 @@ def pytest_configure() -> None:
     """Give matrix products one thread, also in processes that tests start.
 
     Those of two processes on two processors wait for one another: the axes of 260 columns took 100
-    times as long.
+    times as long. And collect garbage seldom: most objects are modules, tests and trees of code.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(100_000, 20, 20)
+
+
+def pytest_collection_finish() -> None:
+    """Leave out of the collections of garbage what was imported for all tests."""
+    gc.freeze()
+
+
+@pytest.fixture(autouse=True, scope="session")
+def read_here() -> Iterator[None]:
+    """A folder of a few files is read in this process: starting two takes a second and a half."""
+    with pytest.MonkeyPatch.context() as patch:
+        if reading := sys.modules.get("motiondb.database.catalogue.file_reading"):
+            patch.setattr(reading, "_FEW", 30)
+        yield
+
+
+@pytest.fixture
+def read_beside(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is read in other processes, as it is by a program."""
+    monkeypatch.setattr("motiondb.database.catalogue.file_reading._FEW", 4)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
