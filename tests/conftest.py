@@ -130,14 +130,45 @@ def learned_file(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> It
         yield path
 
 
-@pytest.fixture
-def learned_copy(tmp_path: Path, learned_file: Path) -> Path:
-    """A copy of the learned database that a test may change."""
-    copy = shutil.copy(learned_file, tmp_path / "motions.duckdb")
-    cache = learned_file.with_name(f"{learned_file.name}.cache")
+def _copied(path: Path, folder: Path) -> Path:
+    """A copy of a database with its cache."""
+    copy = shutil.copy(path, folder / "motions.duckdb")
+    cache = path.with_name(f"{path.name}.cache")
     if cache.is_dir():
         shutil.copytree(cache, copy.with_name(f"{copy.name}.cache"))
     return copy
+
+
+@pytest.fixture
+def learned_copy(tmp_path: Path, learned_file: Path) -> Path:
+    """A copy of the learned database that a test may change."""
+    return _copied(learned_file, tmp_path)
+
+
+_FEW = (
+    *("ana/bow_1", "ana/jump_1", "ana/walk_1", "ana/wave_1"),
+    *("boris/kick_1", "boris/punch_1", "boris/walk_1", "boris/wave_1"),
+    *("fatou/kick_1", "fatou/walk_1", "goran/kick_1", "goran/jump_1"),
+)
+
+
+@pytest.fixture(scope="session")
+def learned_few(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Twelve captures of four performers, learned."""
+    from sample_motions import copied_samples
+
+    folder = tmp_path_factory.mktemp("few")
+    captures, words = copied_samples(folder, _FEW)
+    with motiondb.open(folder / "motions.duckdb") as db:
+        db.add(captures, words=words)
+        db.learn()
+    return folder / "motions.duckdb"
+
+
+@pytest.fixture
+def few_copy(tmp_path: Path, learned_few: Path) -> Path:
+    """A copy of it that a test may change."""
+    return _copied(learned_few, tmp_path)
 
 
 @pytest.fixture

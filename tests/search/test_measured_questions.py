@@ -210,8 +210,8 @@ def test_the_place_of_an_event_is_where_it_is(db: motiondb.MotionDB) -> None:
     assert round(30 * first.end) in [end for _, end in flights]
 
 
-def test_a_side_is_believed_of_its_own_action_alone(learned_copy: Path) -> None:
-    with motiondb.open(learned_copy) as db:
+def test_a_side_is_believed_of_its_own_action_alone(few_copy: Path) -> None:
+    with motiondb.open(few_copy) as db:
         name = db.search("punch with the right hand", limit=1).matches[0].capture
 
         def against(caption: str) -> tuple[str, ...]:

@@ -81,7 +81,7 @@ def slow_probability(grammar, tokens, allowed):
     for place, steps in enumerate(made.steps.T):
         for s in np.flatnonzero(steps >= 0):
             weights[compiled.terminals.start + place, s, steps[s]] = 1.0
-    for _ in range(3000):
+    for _ in range(500):
         before = weights.copy()
         for symbol in range(compiled.n_symbols):
             if compiled.left[symbol] >= 0:
