@@ -130,6 +130,13 @@ def learned_file(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> It
         yield path
 
 
+@pytest.fixture(scope="module")
+def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
+    """The learned database, to be asked only."""
+    with motiondb.open(learned_file, read_only=True) as opened:
+        yield opened
+
+
 def _copied(path: Path, folder: Path) -> Path:
     """A copy of a database with its cache."""
     copy = shutil.copy(path, folder / "motions.duckdb")

@@ -1,4 +1,4 @@
-"""Two dances and the grammars learned from them, for all tests of grammars in a database."""
+"""Four captures, and two dances with the grammars learned from them."""
 
 from __future__ import annotations
 
@@ -16,6 +16,14 @@ import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
 from motiondb.grammar.cfg import context_free
+
+
+@pytest.fixture
+def base(tmp_path: Path, some: Path) -> Iterator[MotionDB]:
+    """A database of four captures, which a test may change."""
+    with motiondb.open(tmp_path / "motions.duckdb") as db:
+        db.add(some)
+        yield db
 
 
 @pytest.fixture(scope="session")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +22,6 @@ from motiondb.search.measured_answers import _done_though_excluded, _ways
 from motiondb.search.measured_postures import events_of_side
 from motiondb.search.placing import PartPlace
 from motiondb.search.seen_frames import SeenFrames
-
-
-@pytest.fixture(scope="module")
-def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
 
 
 def track_of(db: motiondb.MotionDB, name: str) -> FloatArray:
