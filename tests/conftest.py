@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import fcntl
+import gc
 import json
 import os
 import shutil
@@ -47,9 +48,30 @@ def pytest_configure() -> None:
     """Give matrix products one thread, also in processes that tests start.
 
     Those of two processes on two processors wait for one another: the axes of 260 columns took 100
-    times as long.
+    times as long. And collect garbage seldom: most objects are modules, tests and trees of code.
     """
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    gc.set_threshold(100_000, 20, 20)
+
+
+def pytest_collection_finish() -> None:
+    """Leave out of the collections of garbage what was imported for all tests."""
+    gc.freeze()
+
+
+@pytest.fixture(autouse=True, scope="session")
+def read_here() -> Iterator[None]:
+    """A folder of a few files is read in this process: starting two takes a second and a half."""
+    with pytest.MonkeyPatch.context() as patch:
+        if reading := sys.modules.get("motiondb.database.catalogue.file_reading"):
+            patch.setattr(reading, "_FEW", 30)
+        yield
+
+
+@pytest.fixture
+def read_beside(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It is read in other processes, as it is by a program."""
+    monkeypatch.setattr("motiondb.database.catalogue.file_reading._FEW", 4)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -108,14 +130,52 @@ def learned_file(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> It
         yield path
 
 
-@pytest.fixture
-def learned_copy(tmp_path: Path, learned_file: Path) -> Path:
-    """A copy of the learned database that a test may change."""
-    copy = shutil.copy(learned_file, tmp_path / "motions.duckdb")
-    cache = learned_file.with_name(f"{learned_file.name}.cache")
+@pytest.fixture(scope="module")
+def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
+    """The learned database, to be asked only."""
+    with motiondb.open(learned_file, read_only=True) as opened:
+        yield opened
+
+
+def _copied(path: Path, folder: Path) -> Path:
+    """A copy of a database with its cache."""
+    copy = shutil.copy(path, folder / "motions.duckdb")
+    cache = path.with_name(f"{path.name}.cache")
     if cache.is_dir():
         shutil.copytree(cache, copy.with_name(f"{copy.name}.cache"))
     return copy
+
+
+@pytest.fixture
+def learned_copy(tmp_path: Path, learned_file: Path) -> Path:
+    """A copy of the learned database that a test may change."""
+    return _copied(learned_file, tmp_path)
+
+
+_FEW = (
+    *("ana/bow_1", "ana/jump_1", "ana/walk_1", "ana/wave_1"),
+    *("boris/kick_1", "boris/punch_1", "boris/walk_1", "boris/wave_1"),
+    *("fatou/kick_1", "fatou/walk_1", "goran/kick_1", "goran/jump_1"),
+)
+
+
+@pytest.fixture(scope="session")
+def learned_few(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Twelve captures of four performers, learned."""
+    from sample_motions import copied_samples
+
+    folder = tmp_path_factory.mktemp("few")
+    captures, words = copied_samples(folder, _FEW)
+    with motiondb.open(folder / "motions.duckdb") as db:
+        db.add(captures, words=words)
+        db.learn()
+    return folder / "motions.duckdb"
+
+
+@pytest.fixture
+def few_copy(tmp_path: Path, learned_few: Path) -> Path:
+    """A copy of it that a test may change."""
+    return _copied(learned_few, tmp_path)
 
 
 @pytest.fixture

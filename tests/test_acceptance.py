@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-import motiondb
 from motiondb import MotionDB, store
 from motiondb.database.generating import Generated
 from motiondb.language import vocabulary
@@ -20,12 +19,6 @@ from motiondb.learn.recognition import decode
 from motiondb.records import MOTION_FPS, CaptureInfo, SymbolSpace
 
 WORDS = ("walk", "jump", "kick", "punch", "bow", "wave", "sit", "run", "dance", "dribble", "guard")
-
-
-@pytest.fixture(scope="module")
-def db(learned_file: Path) -> Iterator[MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")

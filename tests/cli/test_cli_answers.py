@@ -52,7 +52,7 @@ def test_tables_for_people(command: Any, learned_file: Path) -> None:
     """What the pages of the guide do not show."""
     for words in (
         ("search", "walk", "--by-symbols"), ("show", "ana/bow_1", "--png", "show.png"),
-        ("words",), ("symbols", "--png", "symbols.png"), ("info",), ("check",),
+        ("words",), ("symbols", "--png", "symbols.png"), ("info",),
         ("like", "ana/bow_1", "--limit", 2, "--png", "like.png"),
         ("rhythm", "0 .5 1 1.5", "--words", "walk"),
     ):  # fmt: skip

@@ -98,7 +98,7 @@ def start(tmp_path: Path) -> Iterator[Start]:
 
 
 def test_ten_tasks_of_a_program(
-    start: Start, learned_copy: Path, tmp_path: Path, samples_folder: Path
+    start: Start, few_copy: Path, tmp_path: Path, samples_folder: Path
 ) -> None:
     inside = tmp_path / "inside"
     inside.mkdir()
@@ -109,7 +109,7 @@ def test_ten_tasks_of_a_program(
 
     found = client.told("search", words="kick", limit=3)  # 1 find
     assert found["matches"][0]["capture"] == "boris/kick_1"
-    with motiondb.open(learned_copy, read_only=True) as db:  # the file is free between calls
+    with motiondb.open(few_copy, read_only=True) as db:  # the file is free between calls
         told = motiondb.to_json(motiondb.search_answer(db.search("kick", limit=3), False))
     assert found == told
     assert client.told("show", name="boris/kick_1")["segments"]  # 2 look
@@ -133,13 +133,13 @@ def test_ten_tasks_of_a_program(
     assert client.told("remove", names=["ana/walk_1"], yes=True)["removed"] == ["ana/walk_1"]
     client.told("undo")
     assert client.told("check") == {"faults": []}
-    assert client.told("info")["captures"] == 101
+    assert client.told("info")["captures"] == 12
     assert client.told("grammar_list") == []
     assert client.end() == (0, b"")
 
 
 def test_nothing_outside_the_folders_is_read_or_written(
-    start: Start, learned_copy: Path, tmp_path: Path, samples_folder: Path
+    start: Start, few_copy: Path, tmp_path: Path, samples_folder: Path
 ) -> None:
     inside, outside = tmp_path / "inside", tmp_path / "outside"
     inside.mkdir()
@@ -166,7 +166,7 @@ def test_nothing_outside_the_folders_is_read_or_written(
     assert none.told("like", example="ana/walk_1", limit=1)["matches"]
 
 
-def test_nothing_is_changed_without_write(start: Start, learned_copy: Path, tmp_path: Path) -> None:
+def test_nothing_is_changed_without_write(start: Start, few_copy: Path, tmp_path: Path) -> None:
     client = start("--folder", ".")
     listed = client.ask("tools/list")["result"]["tools"]
     assert all(tool["annotations"]["readOnlyHint"] for tool in listed)
@@ -182,7 +182,7 @@ def test_nothing_is_changed_without_write(start: Start, learned_copy: Path, tmp_
     assert not (tmp_path / "a.png").exists()
 
 
-def test_wrong_calls_are_told_in_sentences(start: Start, learned_copy: Path) -> None:
+def test_wrong_calls_are_told_in_sentences(start: Start, few_copy: Path) -> None:
     client = start()
     assert client.refused("search", words="xylophone", exact=True).startswith("query: expected")
     assert client.refused("show", name="nobody")
@@ -209,9 +209,7 @@ def test_wrong_calls_are_told_in_sentences(start: Start, learned_copy: Path) -> 
     assert client.ask("ping")["result"] == {}
 
 
-def test_a_cancelled_call_is_not_answered_and_the_next_one_is(
-    start: Start, learned_copy: Path
-) -> None:
+def test_a_cancelled_call_is_not_answered_and_the_next_one_is(start: Start, few_copy: Path) -> None:
     client = start("--write")
     run = client.told("info")["runs"][-1]["run_id"]
     learning = client.send("tools/call", name="learn", arguments={"seed": 3})
@@ -225,7 +223,7 @@ def test_a_cancelled_call_is_not_answered_and_the_next_one_is(
     assert client.told("search", words="kick", limit=1)["matches"]
 
 
-def test_an_older_protocol_has_no_structured_content(start: Start, learned_copy: Path) -> None:
+def test_an_older_protocol_has_no_structured_content(start: Start, few_copy: Path) -> None:
     client = start(version="2024-11-05")
     assert "structuredContent" not in client.result("info")
     for asked, agreed in (("2025-03-26", "2024-11-05"), ("2099-01-01", "2025-11-25"), ("", None)):

@@ -60,9 +60,9 @@ def test_output_in_another_encoding(command: Any, some: Path) -> None:
 
 
 def test_files_of_others_are_overwritten_only_by_force(
-    command: Any, learned_file: Path, monkeypatch: pytest.MonkeyPatch, samples_folder: Path
+    command: Any, learned_few: Path, monkeypatch: pytest.MonkeyPatch, samples_folder: Path
 ) -> None:
-    monkeypatch.setenv("MOTIONDB", str(learned_file))
+    monkeypatch.setenv("MOTIONDB", str(learned_few))
     writers: list[tuple[str, tuple[str, ...]]] = [
         ("take.bvh", ("generate", "kick", "-o", "take.bvh")),
         ("take.glb", ("export", "ana/walk_1", "-o", "take.glb")),

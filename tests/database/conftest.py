@@ -1,4 +1,4 @@
-"""Two dances and the grammars learned from them, for all tests of grammars in a database."""
+"""Four captures, and two dances with the grammars learned from them."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from dances import SETTINGS, TAKES
+from sample_motions import copied_samples
 
 import motiondb
 from motiondb import store
@@ -17,21 +18,22 @@ from motiondb.database import MotionDB
 from motiondb.grammar.cfg import context_free
 
 
+@pytest.fixture
+def base(tmp_path: Path, some: Path) -> Iterator[MotionDB]:
+    """A database of four captures, which a test may change."""
+    with motiondb.open(tmp_path / "motions.duckdb") as db:
+        db.add(some)
+        yield db
+
+
 @pytest.fixture(scope="session")
-def learned_dance(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Path:
+def learned_dance(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two dances and a third capture, and the grammar of the dances."""
     folder = tmp_path_factory.mktemp("dances")
-    for name in (*TAKES, "fatou/dance_1"):
-        target = folder / "captures" / f"{name}.bvh"
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(samples_folder / f"{name}.bvh", target)
-    sheet = folder / "words.tsv"
-    rows = (samples_folder.parent / "captions.tsv").read_text().splitlines()
-    kept = [row for row in rows if row.startswith(("file", *TAKES))]
-    sheet.write_text("\n".join(kept) + "\n")
+    captures, words = copied_samples(folder, TAKES, ["fatou/dance_1"])
     path = folder / "motions.duckdb"
     with motiondb.open(path) as db:
-        db.add(folder / "captures", words=sheet)
+        db.add(captures, words=words)
         db.grammars.learn(TAKES, "dance", SETTINGS)
         _keep_nested_grammar(db)
     return path

@@ -101,15 +101,16 @@ def started(
 
 
 @pytest.fixture
-def processes(tmp_path: Path) -> Iterator[Processes]:
+def processes(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Processes]:
+    """A scheduler and two workers, or as many as a test asks for."""
     import dask.config
     import distributed  # noqa: F401  its defaults, before some are set for a while
 
-    settings = certificate(tmp_path)
+    settings, prefixes = certificate(tmp_path), [()] * getattr(request, "param", 2)
     env = {f"DASK_{k.replace('.', '__').replace('-', '_').upper()}": settings[k] for k in settings}
     with (
         dask.config.set(settings),
-        started(tmp_path, "tls", "127.0.0.1", (), (), env=env) as processes,
+        started(tmp_path, "tls", "127.0.0.1", *prefixes, env=env) as processes,
     ):
         yield processes
 
@@ -371,6 +372,7 @@ def test_workers_and_their_deaths_change_no_bit(
     assert rows(tmp_path / "two.duckdb") == alone
 
 
+@pytest.mark.parametrize("processes", [1], indirect=True)
 @pytest.mark.parametrize("step", ["reading captures", "symbols compete"])
 def test_without_the_scheduler_nothing_is_changed(
     step: str, some: Path, tmp_path: Path, processes: Processes

@@ -25,10 +25,10 @@ def damage(path: Path) -> None:
 
 
 @pytest.fixture
-def damaged(learned_copy: Path) -> Path:
+def damaged(few_copy: Path) -> Path:
     """A learned database with a damaged motion."""
-    damage(learned_copy)
-    return learned_copy
+    damage(few_copy)
+    return few_copy
 
 
 def test_the_others_answer_and_the_damaged_one_is_named(damaged: Path, some: Path) -> None:
@@ -70,19 +70,19 @@ def test_captures_are_added_beside_a_damaged_one_which_can_be_removed(
 
 
 @pytest.mark.parametrize("lost", ["nothing", "frames-*", "segments-*"])
-def test_a_motion_that_is_mended_answers_again(learned_copy: Path, lost: str) -> None:
-    with motiondb.open(learned_copy) as db:
+def test_a_motion_that_is_mended_answers_again(few_copy: Path, lost: str) -> None:
+    with motiondb.open(few_copy) as db:
         before = [(m.capture, m.start) for m in db.search("walk", limit=200).matches]
         whole = db.store.connection.execute("SELECT capture_id, poses FROM motion").fetchall()
-    damage(learned_copy)
-    with motiondb.open(learned_copy) as db:
+    damage(few_copy)
+    with motiondb.open(few_copy) as db:
         assert BAD not in {match.capture for match in db.search("walk", limit=200).matches}
         for number, poses in whole:
             update = "UPDATE motion SET poses = ? WHERE capture_id = ?"
             db.store.connection.execute(update, [poses, number])
-    for file in learned_copy.with_name(f"{learned_copy.name}.cache").glob(lost):
+    for file in few_copy.with_name(f"{few_copy.name}.cache").glob(lost):
         file.unlink()
-    with motiondb.open(learned_copy, read_only=True) as db:
+    with motiondb.open(few_copy, read_only=True) as db:
         again = [(m.capture, m.start) for m in db.search("walk", limit=200).matches]
         assert again == before
         assert db.damage_note == ""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,12 +15,6 @@ from motiondb import MotionDB
 from motiondb.errors import QueryError
 from motiondb.meaning.occurrences import find_occurrences, measured_track
 from motiondb.records import MOTION_FPS
-
-
-@pytest.fixture(scope="module")
-def db(learned_file: Path) -> Iterator[MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
 
 
 def test_every_asked_action_is_said_to_be_shown_or_not(db: MotionDB) -> None:

@@ -161,8 +161,8 @@ def test_what_means_nothing_is_refused(
         base.curate(CurateSettings(**settings))
 
 
-def test_words_and_symbols_can_be_balanced(learned_copy: Path) -> None:
-    with motiondb.open(learned_copy) as db:
+def test_words_and_symbols_can_be_balanced(few_copy: Path) -> None:
+    with motiondb.open(few_copy) as db:
         every = db.curate(CurateSettings(share=1.0, shortest=1.0))
         assert any(each.symbols for each in every.intervals)
         assert any(each.words for each in every.intervals)

@@ -36,13 +36,6 @@ def test_any_value_that_people_wrote_is_read(value: str) -> None:
     assert all(name and spans for name, spans in found.items())
 
 
-@pytest.fixture
-def base(tmp_path: Path, some: Path) -> MotionDB:
-    with motiondb.open(tmp_path / "motions.duckdb") as db:
-        db.add(some)
-        yield db
-
-
 def names(db: MotionDB, where: str) -> list[str]:
     return [info.name for info in db.captures(where)]
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +12,6 @@ import motiondb
 from motiondb import store
 from motiondb.database import MotionDB
 from motiondb.errors import QueryError
-
-
-@pytest.fixture(scope="module")
-def db(learned_file: Path) -> Iterator[MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
 
 
 def test_filter_and_limit(db: MotionDB) -> None:

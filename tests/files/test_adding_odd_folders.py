@@ -20,6 +20,8 @@ from motiondb.database.catalogue import file_reading
 from motiondb.database.catalogue.file_reading import AddSettings, FileToRead, read_all
 from motiondb.errors import MotionDBError
 
+pytestmark = pytest.mark.usefixtures("read_beside")
+
 FAST = BVH.replace(" 90 0 ", " 90 0 ", 1)
 for _frame in range(8):
     FAST = FAST.replace(f"\n{_frame} 90 0 ", f"\n{_frame * 4000} 90 0 ")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +11,6 @@ import motiondb
 from motiondb import answers
 from motiondb.errors import NotLearnedError, QueryError
 from motiondb.meaning.occurrences import measured_track
-
-
-@pytest.fixture(scope="module")
-def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,12 +13,6 @@ from motiondb.generate.shown_actions import MEASURED, NOT_SHOWN, SHOWN, Asked, j
 from motiondb.language.question.tree import NotUsed
 from motiondb.meaning.occurrences import find_occurrences, measured_track
 from motiondb.records import Motion
-
-
-@pytest.fixture(scope="module")
-def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")

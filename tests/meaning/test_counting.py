@@ -223,8 +223,8 @@ def spare(tmp_path: Path) -> Path:
     return folder
 
 
-def test_added_and_removed_leaves_no_trace(learned_copy: Path, spare: Path) -> None:
-    with motiondb.open(learned_copy) as db:
+def test_added_and_removed_leaves_no_trace(few_copy: Path, spare: Path) -> None:
+    with motiondb.open(few_copy) as db:
         before = store.load_learning(db.store)
         assert_same(learned_arrays(recount(db.store)), learned_arrays(before))
         report = db.add(spare, spare / "words.tsv", ONE)
@@ -252,8 +252,8 @@ def test_removed_is_as_if_never_counted(learned_copy: Path) -> None:
         assert len(db.search("walk").matches) > 0
 
 
-def test_words_are_counted_when_they_change(learned_copy: Path, tmp_path: Path) -> None:
-    with motiondb.open(learned_copy) as db:
+def test_words_are_counted_when_they_change(few_copy: Path, tmp_path: Path) -> None:
+    with motiondb.open(few_copy) as db:
         before = learned_arrays(store.load_learning(db.store))
         old = db.words.captions("ana/walk_1")
         change = db.words.set("ana/walk_1", "jump, zigzag")
@@ -278,9 +278,9 @@ def test_words_are_counted_when_they_change(learned_copy: Path, tmp_path: Path) 
 
 
 def test_a_failure_in_between_changes_nothing(
-    learned_copy: Path, spare: Path, monkeypatch: pytest.MonkeyPatch
+    few_copy: Path, spare: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with motiondb.open(learned_copy) as db:
+    with motiondb.open(few_copy) as db:
         before = learned_arrays(store.load_learning(db.store))
 
         def fail(*_: object) -> None:

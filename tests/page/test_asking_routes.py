@@ -54,20 +54,20 @@ def test_symbols_have_a_place_and_their_segments(client: TestClient) -> None:
 
 
 def test_choices_of_a_few_shares_are_kept(
-    learned_copy: Path, serve: Serve, monkeypatch: pytest.MonkeyPatch
+    few_copy: Path, serve: Serve, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Another process writes while one is made, which is then not kept."""
-    made, choose, client = [], asking._choice, serve(learned_copy)
+    made, choose, client = [], asking._choice, serve(few_copy)
 
     def choosing(gathered: Gathered) -> asking.ChoiceReply:
         made.append(gathered.asked.share)
         if len(made) == 5:
             code = "import motiondb, sys; db = motiondb.open(sys.argv[1]); db.remove(['ana/bow_1'])"
-            assert subprocess.run([sys.executable, "-c", code, learned_copy]).returncode == 0
+            assert subprocess.run([sys.executable, "-c", code, few_copy]).returncode == 0
         return choose(gathered)
 
     assert "looked at" in refused(client, "/api/choice", 400, share=0.1)
-    with motiondb.open(learned_copy, wait=10.0) as db:
+    with motiondb.open(few_copy, wait=10.0) as db:
         db.captures.quality()
     monkeypatch.setattr(asking, "_choice", choosing)
     monkeypatch.setattr(asking, "MOST_CHOICES", 2)

@@ -14,9 +14,9 @@ NAMES = ["ana/bow_1", "ana/jump_1"]
 
 
 def test_several_captures_are_changed_and_each_change_is_undone(
-    learned_copy: Path, serve: Serve
+    few_copy: Path, serve: Serve
 ) -> None:
-    client = serve(learned_copy)
+    client = serve(few_copy)
 
     def facts(name: str) -> dict:
         answer = client.get("/api/capture", params={"name": name, "described": False})
@@ -51,14 +51,14 @@ def test_several_captures_are_changed_and_each_change_is_undone(
     missing = client.post("/api/captures/remove", json={"captures": ["ana/bow_1", "no/such"]})
     assert missing.status_code == 404
     assert facts("ana/bow_1")
-    refused = serve(learned_copy, read_only=True)
+    refused = serve(few_copy, read_only=True)
     assert refused.post("/api/captures/remove", json={"captures": NAMES}).status_code == 403
 
 
 def test_words_of_several_captures_are_one_run_and_undone_together_or_not_at_all(
-    learned_copy: Path, serve: Serve
+    few_copy: Path, serve: Serve
 ) -> None:
-    client = serve(learned_copy)
+    client = serve(few_copy)
 
     def words(name: str) -> list[str]:
         found = client.get("/api/capture", params={"name": name, "described": False}).json()
@@ -71,7 +71,7 @@ def test_words_of_several_captures_are_one_run_and_undone_together_or_not_at_all
     assert two == {"changed": NAMES[1:], "undo": 2}  # the first has it already
     more = {"captures": NAMES, "words": "more words"}
     assert client.post("/api/captures/words", json=more).json() == {"changed": NAMES, "undo": 3}
-    with MotionDB(learned_copy, wait=30.0) as db:
+    with MotionDB(few_copy, wait=30.0) as db:
         newest = max(db.runs(), key=lambda run: int(run["run_id"]))
         assert newest["kind"] == "words"
         assert "more words" in [caption.words for caption in db.words.captions(NAMES[0])]
@@ -82,8 +82,8 @@ def test_words_of_several_captures_are_one_run_and_undone_together_or_not_at_all
     assert client.get("/api/undo").json()["left"] == 2
 
 
-def test_a_selection_is_made_shown_packed_and_taken_back(learned_copy: Path, serve: Serve) -> None:
-    client = serve(learned_copy)
+def test_a_selection_is_made_shown_packed_and_taken_back(few_copy: Path, serve: Serve) -> None:
+    client = serve(few_copy)
 
     def change(verb: str, *items: dict) -> dict:
         answer = client.post(f"/api/selection/{verb}", json={"name": "day 2", "items": list(items)})

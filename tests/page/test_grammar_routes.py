@@ -126,7 +126,7 @@ def test_a_saved_sequence_is_opened_as_it_was(editor: TestClient) -> None:
 
 
 def test_a_grammar_is_removed(editor: TestClient) -> None:
-    body = {"captures": CAPTURES[:1], "name": "gone", "sentences": "captures"}
+    body = {"captures": CAPTURES[:1], "name": "gone", "sentences": "captures", "terminals": 4}
     ended(editor, post(editor, "/api/grammars", body))
     removed = editor.delete("/api/grammar", params={"name": "gone"}).json()
     assert removed == {"removed": "gone", "no_longer_editable": []}

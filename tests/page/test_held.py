@@ -26,39 +26,39 @@ def cached(database: Path) -> set[str]:
     return {path.name.split("-")[0] for path in folder.glob("*.arrays")}
 
 
-def test_what_examples_need_is_computed_before_the_first_example(learned_copy: Path) -> None:
-    shutil.rmtree(f"{learned_copy}.cache", ignore_errors=True)
-    held = HeldDatabase(learned_copy, read_only=False, wait=0.0)
+def test_what_examples_need_is_computed_before_the_first_example(few_copy: Path) -> None:
+    shutil.rmtree(f"{few_copy}.cache", ignore_errors=True)
+    held = HeldDatabase(few_copy, read_only=False, wait=0.0)
     held.warm_view()
-    assert "frames" not in cached(learned_copy)
+    assert "frames" not in cached(few_copy)
     held.warm()
-    assert "frames" in cached(learned_copy)
+    assert "frames" in cached(few_copy)
     with held.use() as db:
         assert db.like("ana/bow_1", limit=1)[0].capture == "ana/bow_1"
     held.close()
 
 
 def test_the_file_is_free_while_frames_are_computed(
-    learned_copy: Path, monkeypatch: pytest.MonkeyPatch
+    few_copy: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    shutil.rmtree(f"{learned_copy}.cache", ignore_errors=True)
+    shutil.rmtree(f"{few_copy}.cache", ignore_errors=True)
     opened: list[int] = []
 
     def compute(learned: Learned, motions: Sequence[Motion]) -> list[Any]:
         code = "import motiondb, sys; motiondb.open(sys.argv[1]).close()"
-        opened.append(subprocess.run([sys.executable, "-c", code, learned_copy]).returncode)
+        opened.append(subprocess.run([sys.executable, "-c", code, few_copy]).returncode)
         return make_frames(learned, motions)
 
     monkeypatch.setattr("motiondb.page.state.make_frames", compute)
-    held = HeldDatabase(learned_copy, read_only=False, wait=0.0)
+    held = HeldDatabase(few_copy, read_only=False, wait=0.0)
     held.warm()
     held.warm()  # they are there now
     assert opened == [0]
     held.close()
 
 
-def test_a_command_has_its_turn_beside_requests_without_a_break(learned_copy: Path) -> None:
-    held, ended = HeldDatabase(learned_copy, read_only=False, wait=60.0), threading.Event()
+def test_a_command_has_its_turn_beside_requests_without_a_break(few_copy: Path) -> None:
+    held, ended = HeldDatabase(few_copy, read_only=False, wait=60.0), threading.Event()
 
     def ask() -> None:
         while not ended.is_set():
@@ -70,13 +70,13 @@ def test_a_command_has_its_turn_beside_requests_without_a_break(learned_copy: Pa
     for request in requests:
         request.start()
     code = "import motiondb, sys; motiondb.open(sys.argv[1], wait=10).close()"
-    codes = [subprocess.run([sys.executable, "-c", code, learned_copy]).returncode for _ in "ab"]
+    codes = [subprocess.run([sys.executable, "-c", code, few_copy]).returncode for _ in "ab"]
     ended.set()
     for request in requests:
         request.join()
     held.close()
     assert codes == [0, 0]
-    assert not list(learned_copy.parent.glob(".*.waits"))
+    assert not list(few_copy.parent.glob(".*.waits"))
 
 
 def test_nothing_is_loaded_where_nothing_was_learned(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import time
 from pathlib import Path
 from typing import Any
@@ -73,6 +74,7 @@ def test_a_folder_that_the_user_allowed_is_added(tmp_path: Path, serve: Serve, s
 def test_links_out_of_an_allowed_folder_are_named_and_not_read(
     tmp_path: Path, serve: Serve, some: Path
 ) -> None:
+    shutil.rmtree(some / "boris")  # few enough to be read by the process of the job itself
     outside = tmp_path / "outside"
     outside.mkdir()
     (outside / "secret.bvh").write_text("SECRET words")
@@ -91,7 +93,7 @@ def test_links_out_of_an_allowed_folder_are_named_and_not_read(
     assert result["problems"] == [
         f"{name}: {why} Copy the file into the folder." for name in ("a.bvh", "b.json")
     ]
-    assert result["captures"] == ["ana/bow_1", "ana/jump_1", "boris/kick_1", "boris/punch_1"]
+    assert result["captures"] == ["ana/bow_1", "ana/jump_1"]
     assert "SECRET" not in json.dumps(result)
     assert {note.partition(":")[0] for note in result["notes"]} >= {"deep", "loop.bvh"}
 

@@ -20,7 +20,7 @@ from motiondb.page.settings import PageSettings
 schemathesis = pytest.importorskip("schemathesis")
 requests = pytest.importorskip("requests")
 
-EXAMPLES = int(os.environ.get("MOTIONDB_TEST_REQUESTS", "3"))
+EXAMPLES = int(os.environ.get("MOTIONDB_TEST_REQUESTS", "2"))
 """Requests of each kind."""
 ENDLESS = ("/api/events",)
 

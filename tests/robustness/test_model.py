@@ -26,7 +26,7 @@ def test_a_chain_of_steps_makes_no_difference(
     monkeypatch.setattr(model, "HARMS", OFTEN)
     material = model.tiny(tmp_path)
     model.warm_up(material)
-    outcomes = list(model.chain(1, material, steps=60))
+    outcomes = list(model.chain(1, material, steps=30))
     assert [outcome for outcome in outcomes if outcome.faults] == []
-    assert len(outcomes) == 60
+    assert len(outcomes) == 30
     assert {"kill", "late kill"} & {outcome.harm for outcome in outcomes}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +22,6 @@ from motiondb.search.measured_answers import _done_though_excluded, _ways
 from motiondb.search.measured_postures import events_of_side
 from motiondb.search.placing import PartPlace
 from motiondb.search.seen_frames import SeenFrames
-
-
-@pytest.fixture(scope="module")
-def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
 
 
 def track_of(db: motiondb.MotionDB, name: str) -> FloatArray:
@@ -210,8 +203,8 @@ def test_the_place_of_an_event_is_where_it_is(db: motiondb.MotionDB) -> None:
     assert round(30 * first.end) in [end for _, end in flights]
 
 
-def test_a_side_is_believed_of_its_own_action_alone(learned_copy: Path) -> None:
-    with motiondb.open(learned_copy) as db:
+def test_a_side_is_believed_of_its_own_action_alone(few_copy: Path) -> None:
+    with motiondb.open(few_copy) as db:
         name = db.search("punch with the right hand", limit=1).matches[0].capture
 
         def against(caption: str) -> tuple[str, ...]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -12,12 +11,6 @@ import motiondb
 from motiondb.answers.questions import search_answer
 from motiondb.language.vocabulary import written_otherwise
 from motiondb.search.takings import Sentence
-
-
-@pytest.fixture(scope="module")
-def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
 
 
 @pytest.mark.parametrize(

@@ -1,17 +1,8 @@
 """Answers to actions in order, on the sample data."""
 
-from collections.abc import Iterator
-from pathlib import Path
-
 import pytest
 
 import motiondb
-
-
-@pytest.fixture(scope="module")
-def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
 
 
 def test_an_order_that_is_not_seen_comes_behind_probable_answers(db: motiondb.MotionDB) -> None:

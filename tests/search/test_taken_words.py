@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,13 +12,6 @@ from motiondb.database.loading import nearby_table
 from motiondb.errors import QueryError
 from motiondb.search.asked_words import learned_words, with_replaced
 from motiondb.search.takings import Sentence, Taking, unknown_words, with_likeliest
-
-
-@pytest.fixture(scope="module")
-def db(learned_file: Path) -> Iterator[motiondb.MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
-
 
 TAKING = Taking("strolls", (("walk", 0.8), ("step", 0.4)))
 

@@ -62,7 +62,7 @@ def fill_blocks(
         if alone:
             empty_row(made, i, work)
         else:
-            work.row[:] = 0.0
+            work.row[:], work.n_splits[:] = 0.0, 0
     return made, True
 
 

@@ -30,16 +30,10 @@ QUESTIONS = (
 )  # fmt: skip
 
 
-@pytest.fixture(scope="module")
-def asked(learned_file: Path) -> Iterator[MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
-
-
 @pytest.mark.parametrize("question", QUESTIONS)
-def test_reasons_of_any_question_sum_to_what_ranks(asked: MotionDB, question: str) -> None:
-    answer = asked.search(question, limit=30)
-    learned = asked.learned
+def test_reasons_of_any_question_sum_to_what_ranks(db: MotionDB, question: str) -> None:
+    answer = db.search(question, limit=30)
+    learned = db.learned
     number = {word: n for n, word in enumerate(learned.association.words)}
     read, _ = readings(answer.question.tree)
     verbs = verbs_in(question)
@@ -63,10 +57,10 @@ def test_reasons_of_any_question_sum_to_what_ranks(asked: MotionDB, question: st
 
 @pytest.mark.parametrize("question", ["kick", "walk, sit"])
 def test_answers_by_symbols_have_the_probability_of_their_words(
-    asked: MotionDB, question: str
+    db: MotionDB, question: str
 ) -> None:
-    in_words = {m.capture: m.probability for m in asked.search(question, limit=200).matches}
-    matches = asked.search(question, by_symbols=True, limit=200).matches
+    in_words = {m.capture: m.probability for m in db.search(question, limit=200).matches}
+    matches = db.search(question, by_symbols=True, limit=200).matches
     assert {m.capture: m.probability for m in matches}.items() <= in_words.items()
     known = [p for p in in_words.values() if p is not None]
     scores = [match.score for match in matches]
@@ -77,9 +71,9 @@ def test_answers_by_symbols_have_the_probability_of_their_words(
         assert match.score == pytest.approx(similarity * chance, abs=0.006)
 
 
-def test_answers_to_an_example_fall_and_tell_the_example_itself(asked: MotionDB) -> None:
-    name = asked.captures()[0].name
-    answer = asked.like(name, limit=8)
+def test_answers_to_an_example_fall_and_tell_the_example_itself(db: MotionDB) -> None:
+    name = db.captures()[0].name
+    answer = db.like(name, limit=8)
     assert [bool(match.reason) for match in answer] == [match.capture == name for match in answer]
     assert answer[0].reason == "the same motion"
     chances = [match.probability or 0.0 for match in answer]
@@ -87,65 +81,65 @@ def test_answers_to_an_example_fall_and_tell_the_example_itself(asked: MotionDB)
     assert chances[0] > chances[-1]
 
 
-def test_excluded_actions_are_not_in_the_first_answers(asked: MotionDB) -> None:
-    said = {info.name: caption for info in asked.captures() for caption in
-            [" ".join(c.words for c in asked.captions(info.name))]}  # fmt: skip
+def test_excluded_actions_are_not_in_the_first_answers(db: MotionDB) -> None:
+    said = {info.name: caption for info in db.captures() for caption in
+            [" ".join(c.words for c in db.captions(info.name))]}  # fmt: skip
     walks = {name for name, text in said.items() if "walk" in text}
     turns = {name for name, text in said.items() if "turn" in text}
     assert walks & turns
-    first = [m.capture for m in asked.search("walk but not turn", limit=5).matches]
+    first = [m.capture for m in db.search("walk but not turn", limit=5).matches]
     assert set(first) <= walks - turns
-    assert not walks & {m.capture for m in asked.search("not walking", limit=20).matches}
-    lowest = asked.search("walk but not turn", limit=200)
-    plain = {m.capture: m.score for m in asked.search("walk", limit=200).matches}
+    assert not walks & {m.capture for m in db.search("not walking", limit=20).matches}
+    lowest = db.search("walk but not turn", limit=200)
+    plain = {m.capture: m.score for m in db.search("walk", limit=200).matches}
     assert all(match.score <= plain[match.capture] + 1e-12 for match in lowest.matches)
 
 
-def test_only_measured_kinds_of_questions_have_a_probability(asked: MotionDB) -> None:
-    assert [left.text for left in asked.search("walk twice").not_used] == ["at most 2 times"]
-    longest = asked.search("walk for at least 4 s")
+def test_only_measured_kinds_of_questions_have_a_probability(db: MotionDB) -> None:
+    assert [left.text for left in db.search("walk twice").not_used] == ["at most 2 times"]
+    longest = db.search("walk for at least 4 s")
     assert all(match.end - match.start >= 4.0 - 1e-6 for match in longest.matches)
-    assert asked.search("walk for at least 10 minutes").matches == ()
+    assert db.search("walk for at least 10 minutes").matches == ()
     for text in (
         "walk, then (kick or punch)", "walk then run, but not turn", "walk twice", "walk for 2 s"
     ):  # fmt: skip
-        for match in asked.search(text).matches:
+        for match in db.search(text).matches:
             assert match.probability is match.interval_probability is None
             assert {part.probability for part in match.parts} == {None}
     for text in ("walk", "not walking", "kick or punch"):
-        assert None not in {match.probability for match in asked.search(text).matches}
-    for match in asked.search("walk, then sit").matches:
+        assert None not in {match.probability for match in db.search(text).matches}
+    for match in db.search("walk, then sit").matches:
         assert (match.probability is None) == match.reason.endswith("; not seen in this order")
 
 
-def test_a_posture_that_no_caption_says_is_seen_in_the_motion(asked: MotionDB) -> None:
-    answer = asked.search("both arms above the head", limit=3)
+def test_a_posture_that_no_caption_says_is_seen_in_the_motion(db: MotionDB) -> None:
+    answer = db.search("both arms above the head", limit=3)
     assert answer.measured == ("hold both hands overhead",)
     shown = [match for match in answer.matches if not match.contradicted]
     assert shown
     for match in shown:
-        track = measured_track(asked.motion(match.capture))
+        track = measured_track(db.motion(match.capture))
         assert match.probability is None
         assert (round(match.start * 30), round(match.end * 30)) in find_occurrences(
             track, "overhead both"
         )
-    lying = asked.search("lying on the floor", limit=3)
+    lying = db.search("lying on the floor", limit=3)
     assert lying.nothing == "probably nothing in this database matches"
     assert all(match.contradicted == ("does not lie",) for match in lying.matches)
 
 
-def test_counts_and_durations_do_not_decide_whether_anything_matches(asked: MotionDB) -> None:
+def test_counts_and_durations_do_not_decide_whether_anything_matches(db: MotionDB) -> None:
     """How often an action is shown was never measured; whether it is was."""
-    once = asked.search("kick")
+    once = db.search("kick")
     for text in ("kick 7 times", "kick for at least 3 s"):
-        counted = asked.search(text)
+        counted = db.search(text)
         assert (counted.strength, counted.matches_anything) == (once.strength, True)
 
 
-def test_nothing_matches_where_what_is_asked_is_excluded(asked: MotionDB) -> None:
-    assert asked.search("kick").matches_anything
-    assert asked.search("kick, not kick").matches_anything is False
-    assert asked.search("not kick").matches_anything
+def test_nothing_matches_where_what_is_asked_is_excluded(db: MotionDB) -> None:
+    assert db.search("kick").matches_anything
+    assert db.search("kick, not kick").matches_anything is False
+    assert db.search("not kick").matches_anything
 
 
 def test_question_stands_in_json_and_above_the_answers(learned_file: Path, tmp_path: Path) -> None:
@@ -171,16 +165,16 @@ def test_question_stands_in_json_and_above_the_answers(learned_file: Path, tmp_p
     assert (tmp_path / "why.png").stat().st_size > 5_000
 
 
-def test_generation_honours_alternatives_and_exclusions(asked: MotionDB) -> None:
-    made = asked.generate("walk or run, not kick", seed=1)
+def test_generation_honours_alternatives_and_exclusions(db: MotionDB) -> None:
+    made = db.generate("walk or run, not kick", seed=1)
     assert made.actions in ((("walk",),), (("run",),))
     assert say(made.question.tree) == "(walk or run), not kick"
     assert made.not_used == ()
     assert "was drawn; another seed may draw" in made.decided[0]
     for source in made.provenance.sources:
-        assert "kick" not in " ".join(c.words for c in asked.captions(source.name))
+        assert "kick" not in " ".join(c.words for c in db.captions(source.name))
     with pytest.raises(QueryError) as error:
-        asked.generate("not walking")
+        db.generate("not walking")
     assert str(error.value) == (
         "generate: expected an action to show, found only what not to show in 'not walking'. "
         "Say what the motion is to show."
@@ -219,18 +213,18 @@ def test_generated_captures_are_no_material(db: MotionDB) -> None:
     assert (np.diff(db.searchable.segments.capture_ids) >= 0).all()
 
 
-def test_postures_are_measured_in_time_order_and_exclusion(asked: MotionDB) -> None:
-    lasting = asked.search("raise both hands for a minute", limit=5)
+def test_postures_are_measured_in_time_order_and_exclusion(db: MotionDB) -> None:
+    lasting = db.search("raise both hands for a minute", limit=5)
     assert all("goes on for" in match.reason for match in lasting.matches)
     for question in ("not raise a hand", "walk without raising the arms"):
-        first = asked.search(question, limit=3).matches
+        first = db.search(question, limit=3).matches
         for match in (match for match in first if not match.contradicted):
-            raised = find_occurrences(measured_track(asked.motion(match.capture)), "raise")
+            raised = find_occurrences(measured_track(db.motion(match.capture)), "raise")
             assert not any(a / 30 < match.end and b / 30 > match.start for a, b in raised)
-    ordered = asked.search("raise the left hand, then raise the right hand", limit=5)
+    ordered = db.search("raise the left hand, then raise the right hand", limit=5)
     assert all(match.probability is None for match in ordered.matches if match.contradicted)
 
 
-def test_walking_up_stairs_is_not_climbing_where_no_caption_climbs(asked: MotionDB) -> None:
-    assert "climb" not in asked.learned.word_numbers
-    assert asked.search("walk up the stairs").matches
+def test_walking_up_stairs_is_not_climbing_where_no_caption_climbs(db: MotionDB) -> None:
+    assert "climb" not in db.learned.word_numbers
+    assert db.search("walk up the stairs").matches

@@ -140,6 +140,7 @@ def test_export_gives_the_very_bytes_and_remove_forgets(tmp_path: Path, some: Pa
 AMC = ":FULLY-SPECIFIED\n:DEGREES\n1\nroot 0 0 0 0 0 0\n"
 
 
+@pytest.mark.usefixtures("read_beside")
 def test_broken_files_are_listed_and_the_good_ones_added(tmp_path: Path, some: Path) -> None:
     whole = (some / "ana/bow_1.bvh").read_text()
     (some / "cut.bvh").write_text(whole[: len(whole) // 2])

@@ -37,13 +37,6 @@ def made(*findings: Finding, number: float = 0.9) -> Quality:
 
 
 @pytest.fixture
-def base(tmp_path: Path, some: Path) -> MotionDB:
-    with motiondb.open(tmp_path / "motions.duckdb") as db:
-        db.add(some)
-        yield db
-
-
-@pytest.fixture
 def told(base: MotionDB) -> MotionDB:
     """Four captures of which things are known: a seat; a seat and a jump; a jump; nothing."""
     infos = base.captures(sort="name")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -32,14 +31,8 @@ FEW = VariantSettings(bends=(0.0,), stretches=(1.0,), rest_bends=(0.0,), turns=(
 
 
 @pytest.fixture(scope="module")
-def base(learned_file: Path) -> Iterator[motiondb.MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
-def clips(base: motiondb.MotionDB) -> SceneClips:
-    return scene_clips(base.session, read_grammar("basketball"))
+def clips(db: motiondb.MotionDB) -> SceneClips:
+    return scene_clips(db.session, read_grammar("basketball"))
 
 
 def test_every_terminal_has_entries_with_licences(clips: SceneClips) -> None:
@@ -52,10 +45,10 @@ def test_every_terminal_has_entries_with_licences(clips: SceneClips) -> None:
     assert all(source.end <= end for source, end in zip(library.source, ends))
 
 
-def test_instants_are_those_of_the_events(base: motiondb.MotionDB, clips: SceneClips) -> None:
+def test_instants_are_those_of_the_events(db: motiondb.MotionDB, clips: SceneClips) -> None:
     library = clips.library
     seen = {
-        capture: {(e.frame, e.name) for e in base.captures.events(capture)}
+        capture: {(e.frame, e.name) for e in db.captures.events(capture)}
         for capture in clips.motions
     }
     for name, event in _INSTANTS.items():
@@ -66,13 +59,13 @@ def test_instants_are_those_of_the_events(base: motiondb.MotionDB, clips: SceneC
     assert {library.source[k].instant for k in library.of("run")} == {""}
 
 
-def test_steps_are_cut_at_foot_strikes(base: motiondb.MotionDB, clips: SceneClips) -> None:
+def test_steps_are_cut_at_foot_strikes(db: motiondb.MotionDB, clips: SceneClips) -> None:
     library = clips.library
     runs = [library.source[k] for k in library.of("run")]
     strikes = {
         (capture, e.frame)
         for capture in {run.capture for run in runs}
-        for e in base.captures.events(capture)
+        for e in db.captures.events(capture)
         if e.name == "foot_strike"
     }
     for run in runs:
@@ -91,36 +84,36 @@ def test_shots_go_up_and_pivots_turn(clips: SceneClips) -> None:
     assert np.degrees(library.step[list(library.of("pivot_right")), 2]).max() < -45.0
 
 
-def test_of_many_captures_few_are_looked_at(base: motiondb.MotionDB) -> None:
+def test_of_many_captures_few_are_looked_at(db: motiondb.MotionDB) -> None:
     """Two of the 20 walks are cut, the first and the last, and one of them is enough."""
     grammar = read_motion_grammar('start S\nS -> walk\nwalk := "walk"\n', "g")
-    clips = scene_clips(base.session, grammar, replace(FEW, most=2))
+    clips = scene_clips(db.session, grammar, replace(FEW, most=2))
     assert len(clips.motions) == 1
     assert len(clips.library.of("walk")) > 2
 
 
 def test_a_library_is_kept_until_something_changes(
-    base: motiondb.MotionDB, clips: SceneClips
+    db: motiondb.MotionDB, clips: SceneClips
 ) -> None:
-    assert scene_clips(base.session, read_grammar("basketball")) is clips
-    few = scene_clips(base.session, read_grammar("basketball"), FEW)
+    assert scene_clips(db.session, read_grammar("basketball")) is clips
+    few = scene_clips(db.session, read_grammar("basketball"), FEW)
     assert few is not clips
     assert len(few.library.source) < len(clips.library.source)
 
 
 def test_other_events_make_another_library(learned_copy: Path) -> None:
     grammar = read_motion_grammar('start S\nS -> shoot\nshoot := "jump shot" event release\n', "g")
-    with motiondb.open(learned_copy) as base:
-        first = scene_clips(base.session, grammar, FEW)
+    with motiondb.open(learned_copy) as db:
+        first = scene_clips(db.session, grammar, FEW)
         source = first.library.source[0]
-        number = store.load_capture(base.store, source.capture).capture_id
+        number = store.load_capture(db.store, source.capture).capture_id
         frame = source.start + 10
-        store.save_events(base.store, number, [Event(frame, "release")])
-        second = scene_clips(base.session, grammar, FEW)
+        store.save_events(db.store, number, [Event(frame, "release")])
+        second = scene_clips(db.session, grammar, FEW)
         assert second is not first
         assert frame in instants(second, source.capture)
-        store.save_events(base.store, number, [])
-        third = scene_clips(base.session, grammar, FEW)
+        store.save_events(db.store, number, [])
+        third = scene_clips(db.session, grammar, FEW)
         kinds = {s.instant for s in third.library.source if s.capture == source.capture}
         assert kinds == {"wrists"}
 
@@ -135,13 +128,13 @@ def instants(clips: SceneClips, capture: str) -> set[int]:
     }
 
 
-def test_a_terminal_without_clips_is_named_with_its_phrases(base: motiondb.MotionDB) -> None:
+def test_a_terminal_without_clips_is_named_with_its_phrases(db: motiondb.MotionDB) -> None:
     text = (
         'grammar odd\nstart S\nS -> a | b | c\na := "walk"\n'
         'b := "yodel", "throw up" without "ball"\nc := "moonwalk"\n'
     )
     with pytest.raises(SceneError) as error:
-        scene_clips(base.session, read_motion_grammar(text, "odd.grammar"))
+        scene_clips(db.session, read_motion_grammar(text, "odd.grammar"))
     assert str(error.value) == (
         "odd: expected captures for every terminal, found none for 2 terminals: b ('yodel',"
         " 'throw up' without 'ball'); c ('moonwalk'). Add captures whose words say so, one action"
@@ -176,13 +169,13 @@ def test_the_wrists_alone_tell_instants_to_a_few_frames(clips: SceneClips) -> No
     ],
 )
 def test_hands_tell_a_throw_from_the_dribble_before(
-    base: motiondb.MotionDB, capture: str, dribble: int, throw: int, end: int
+    db: motiondb.MotionDB, capture: str, dribble: int, throw: int, end: int
 ) -> None:
     """Frames of the sample data's truth: a lay-up and two shots, each behind a dribble."""
-    number = store.load_capture(base.store, capture).capture_id
-    frames = body_frames(store.load_motion(base.store, number))
+    number = store.load_capture(db.store, capture).capture_id
+    frames = body_frames(store.load_motion(db.store, number))
     release = [
-        e.frame for e in base.captures.events(capture) if e.name == "release" and e.frame < end
+        e.frame for e in db.captures.events(capture) if e.name == "release" and e.frame < end
     ]
     assert abs(farthest_up(frames, dribble, end) - release[-1]) <= 2
     first, last = throw_frames(frames, dribble, end)
@@ -208,21 +201,21 @@ def test_a_caption_of_several_actions_with_a_throw(learned_copy: Path) -> None:
         "dribble, sing, shoot": {},  # nobody knows what hands do in a song
     }
     grammar = read_motion_grammar(DRIBBLE_AND_SHOOT, "g")
-    with motiondb.open(learned_copy) as base:
-        number = store.load_capture(base.store, "goran/shoot_1").capture_id
+    with motiondb.open(learned_copy) as db:
+        number = store.load_capture(db.store, "goran/shoot_1").capture_id
         for words, shown in told.items():
-            store.save_captions(base.store, number, [Caption(words)])
-            assert stretches(base, grammar) == shown, words
+            store.save_captions(db.store, number, [Caption(words)])
+            assert stretches(db, grammar) == shown, words
         timed = [Caption("dribble, shoot"), Caption("shoot", 0.5, 2.0)]
-        store.save_captions(base.store, number, timed)
-        assert stretches(base, grammar) == {"shoot": ""}
+        store.save_captions(db.store, number, timed)
+        assert stretches(db, grammar) == {"shoot": ""}
 
 
-def stretches(base: motiondb.MotionDB, grammar: MotionGrammar) -> dict[str, str]:
+def stretches(db: motiondb.MotionDB, grammar: MotionGrammar) -> dict[str, str]:
     """Of each action that a capture shows, which stretch of it."""
     return {
         name: part.stretch
-        for name, parts in find_actions(base.session, grammar).parts.items()
+        for name, parts in find_actions(db.session, grammar).parts.items()
         for part in parts
         if part.capture == "goran/shoot_1"
     }

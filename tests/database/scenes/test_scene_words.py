@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -18,12 +17,6 @@ from motiondb.scene.language.grammar_file import read_motion_grammar
 
 STROLL = 'grammar odd\nstart S\nS -> amble\namble := "stroll"\n'
 BOTH = 'grammar odd\nstart S\nS -> amble | walk\namble := "stroll"\nwalk := "walk"\n'
-
-
-@pytest.fixture
-def base(learned_file: Path) -> Iterator[motiondb.MotionDB]:
-    with motiondb.open(learned_file, read_only=True) as opened:
-        yield opened
 
 
 def phrases(*texts: str) -> Phrases:
@@ -50,14 +43,14 @@ def test_a_word_is_not_taken_as_what_another_terminal_asks_for() -> None:
     assert alone.phrases == {"amble": phrases("walk")}
 
 
-def test_a_terminal_is_shown_by_captions_in_nearby_words(base: motiondb.MotionDB) -> None:
+def test_a_terminal_is_shown_by_captions_in_nearby_words(db: motiondb.MotionDB) -> None:
     grammar = read_motion_grammar(STROLL, "odd.grammar")
     walk = read_motion_grammar(STROLL.replace("stroll", "walk"), "odd.grammar")
-    assert base.scenes.find_actions(grammar) == base.scenes.find_actions(walk)
-    assert base.scenes.taken_words(grammar)["stroll"].words[0][0] == "walk"
-    assert base.scenes.taken_words(walk) == {}
-    assert base.scenes.find_actions(grammar, exact=True) == {"amble": ()}
-    apart = base.scenes.find_actions(read_motion_grammar(BOTH, "odd.grammar"))
+    assert db.scenes.find_actions(grammar) == db.scenes.find_actions(walk)
+    assert db.scenes.taken_words(grammar)["stroll"].words[0][0] == "walk"
+    assert db.scenes.taken_words(walk) == {}
+    assert db.scenes.find_actions(grammar, exact=True) == {"amble": ()}
+    apart = db.scenes.find_actions(read_motion_grammar(BOTH, "odd.grammar"))
     assert apart["amble"] == ()
     assert apart["walk"]
 

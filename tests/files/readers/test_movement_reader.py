@@ -11,6 +11,7 @@ from sample_motions import sample_clip, sample_motion
 
 import motiondb
 from motiondb.body import body, retarget
+from motiondb.files.readers import movement
 from motiondb.files.readers.movement import to_dataset
 
 pytest.importorskip("xarray")
@@ -30,6 +31,20 @@ def of_camera() -> Any:
     data = data.assign_coords(keypoint=list(COCO)).copy()
     data["position"].values[:] = position
     return data
+
+
+@pytest.fixture
+def here(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Convert in this process: each child imports xarray for a second."""
+
+    def convert(_module: str, data: bytes, *_limits: object) -> dict[str, Any]:
+        source, target = tmp_path / "copy", tmp_path / "arrays.npz"
+        source.write_bytes(data)
+        movement.convert(str(source), str(target), [])
+        with np.load(target) as file:
+            return dict(file)
+
+    monkeypatch.setattr(movement, "read_in_child", convert)
 
 
 def read(data: Any, path: Path, **how: Any) -> motiondb.Clip:
@@ -62,6 +77,7 @@ def test_a_written_capture_is_read_again(tmp_path: Path) -> None:
     assert np.linalg.norm(apart, axis=-1).max() < 0.02
 
 
+@pytest.mark.usefixtures("here")
 def test_keypoints_of_a_camera_become_a_body(tmp_path: Path) -> None:
     clip = read(of_camera(), tmp_path / "a.nc")
     assert (clip.unit, clip.up, clip.fps) == (0.01, "y", 30.0)
@@ -74,6 +90,7 @@ def test_keypoints_of_a_camera_become_a_body(tmp_path: Path) -> None:
     assert not np.allclose(swapped.local_rotations, clip.local_rotations)
 
 
+@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(
     "change",
     [
@@ -88,6 +105,7 @@ def test_other_names_of_dimensions_are_the_same(change: Any, tmp_path: Path) -> 
     np.testing.assert_array_equal(clip.local_rotations, other.local_rotations)
 
 
+@pytest.mark.usefixtures("here")
 def test_gaps_are_filled_or_left_out(tmp_path: Path) -> None:
     data = of_camera()
     data["position"].values[10:15, :, 3] = np.nan
@@ -98,6 +116,7 @@ def test_gaps_are_filled_or_left_out(tmp_path: Path) -> None:
     assert read(data, tmp_path / "b.nc", skip_bad_frames=True).n_frames == len(data.time) - 50
 
 
+@pytest.mark.usefixtures("here")
 @pytest.mark.parametrize(
     ("change", "said"),
     [

@@ -31,7 +31,7 @@ def matrices(draw: st.DrawFn) -> np.ndarray:
 def graph_of(matrix: np.ndarray) -> Sparse:
     rows, columns = np.nonzero(matrix)
     starts = np.searchsorted(rows, np.arange(len(matrix) + 1))
-    return Sparse(starts, columns, matrix[rows, columns])
+    return Sparse(starts, columns.copy(), matrix[rows, columns])  # contiguous, as a program's
 
 
 def dense(n: int, starts: np.ndarray, columns: np.ndarray, values: np.ndarray) -> np.ndarray:
