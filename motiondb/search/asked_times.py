@@ -26,7 +26,7 @@ from motiondb.search.asked_words import AskedWords
 from motiondb.search.placing import PartPlace, unsure
 from motiondb.search.seen_frames import SeenFrames
 
-WHOLLY = 0.8  # Share of a take in which is shown what is shown the whole time
+WHOLLY = 0.7  # Share of a take shown the whole time: who walks may rest before and after
 LEAST_INSIDE = 9  # Frames (0.3 s), or half of a place, that lie in the part of the take
 
 
