@@ -8,6 +8,7 @@ An example is ``performer in (14, 16) and not (duration<2.5 or caption~walk)``. 
     condition   name operator value | name ["not"] "in" "(" value {"," value} ")" | "needs"
     operator    = != < <= > >= ~ !~         ~ means that the text contains the value
     value       text up to the next "and", "or" or closing parenthesis, or anything in quotes
+                (in which a quote is written twice)
 
 A name is a column of the catalogue, ``caption`` (the texts that people wrote about the capture), a
 tag (in quotes where it is like a word of the syntax: ``"in"=yes``), or a head of the catalogue's
@@ -62,8 +63,8 @@ MOST_CHARACTERS = 100_000  # Of a filter; a list of a thousand captures has abou
 MOST_DEPTH = 50  # Most parentheses and negations within one another
 
 _TOKEN = re.compile(
-    r"""(?P<quoted>"[^"]*"|'[^']*')|(?P<operator>!=|!~|<=|>=|==|=|<|>|~)|(?P<sign>[(),])
-        |(?P<word>[^\s=!<>~"'(),]+)|(?P<other>[!"'])""",
+    r"""(?P<quoted>"(?:[^"]|"")*"|'(?:[^']|'')*')|(?P<operator>!=|!~|<=|>=|==|=|<|>|~)
+        |(?P<sign>[(),])|(?P<word>[^\s=!<>~"'(),]+)|(?P<other>[!"'])""",
     re.VERBOSE,
 )
 
@@ -221,7 +222,7 @@ class _Reader:
         if self.place == start:
             raise self.refusal(start)
         name = self.text[self.tokens[start].start() : self.tokens[self.place - 1].end()]
-        name = name[1:-1] if is_quoted else name
+        name = _unquoted(name) if is_quoted else name
         if self._begins_list():
             return self._list(name, start)
         if self.kind() != "operator":
@@ -257,7 +258,7 @@ class _Reader:
         first = self.place
         if self.kind() == "quoted":
             self.place += 1
-            return self.tokens[first].group()[1:-1]
+            return _unquoted(self.tokens[first].group())
         opened = 0
         while self.kind() in ("word", "sign") and not (
             opened == 0 and (self.next() in stops or (not stops and self.says("and", "or")))
@@ -269,6 +270,27 @@ class _Reader:
         if self.place == first or opened:
             raise self.refusal(start)
         return self.text[self.tokens[first].start() : self.tokens[self.place - 1].end()]
+
+
+def condition_text(name: str, value: str) -> str:
+    """Return the filter that a column or tag has a value.
+
+    >>> condition_text("performer", 'a "b" and c')
+    'performer="a ""b"" and c"'
+    >>> condition_text("in", "yes")
+    '"in"="yes"'
+    """
+    is_plain = name.isidentifier() and name.lower() not in ("and", "or", "not", "in")
+    return f"{name if is_plain else _quoted(name)}={_quoted(value)}"
+
+
+def _quoted(text: str) -> str:
+    return '"' + text.replace('"', '""') + '"'
+
+
+def _unquoted(text: str) -> str:
+    """Return what stands between quotes; a quote in it is written twice."""
+    return text[1:-1].replace(text[0] * 2, text[0])
 
 
 def conditions_of(filters: Iterable[Filter]) -> Iterator[Condition]:

@@ -440,7 +440,7 @@ export interface FacetRow {
 export interface FacetValue {
   value: string;
   count: number;
-  where: string | null;
+  where: string;
 }
 
 export interface FacetsReply {

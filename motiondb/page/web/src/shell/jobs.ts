@@ -1,7 +1,7 @@
 /** Long work: a button that shows how much is running, and the list behind it. */
 
 import { onPage } from "../api/advice.ts";
-import { cancelJob, failureOf, isActive } from "../api/jobs.ts";
+import { cancelJob, failureOf, isActive, stepOf } from "../api/jobs.ts";
 import type { JobReply } from "../api/types.ts";
 import { button } from "../dom/button.ts";
 import { icon } from "../dom/icons.ts";
@@ -9,6 +9,7 @@ import { fill, h } from "../dom/element.ts";
 import type { Context } from "../views/view.ts";
 import { plural, roughly } from "../parts/text.ts";
 import { go, routeTo } from "./router.ts";
+import { quoted } from "../views/catalogue/filter.ts";
 import { openLearning } from "../views/catalogue/learning.ts";
 import { progressBar } from "../parts/progress.ts";
 
@@ -18,7 +19,7 @@ const shareOf = (job: JobReply): number => job.whole ?? job.share;
 /** The present step, and the time that is left. */
 function saidOf(job: JobReply): string {
   const left = job.left === null || job.left === undefined ? "" : ` · about ${roughly(job.left)} left`;
-  return `${job.what || job.state}${left}`;
+  return `${stepOf(job)}${left}`;
 }
 
 /** One sentence on what a job did. */
@@ -57,9 +58,8 @@ const MOST_LINKS = 12;
 function addedAddress(job: JobReply): string | null {
   const names = job.result?.kind === "add" ? job.result.captures : [];
   if (names.length === 0) return null;
-  const quoted = names.every((name) => !name.includes('"'));
-  return names.length <= MOST_LINKS && quoted
-    ? routeTo("catalogue", { where: `name in (${names.map((name) => `"${name}"`).join(", ")})` })
+  return names.length <= MOST_LINKS
+    ? routeTo("catalogue", { where: `name in (${names.map(quoted).join(", ")})` })
     : routeTo("catalogue", { sort: "-added" });
 }
 

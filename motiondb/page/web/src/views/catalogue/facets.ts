@@ -21,7 +21,7 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
   let asked = 0;
 
   function group(facet: FacetRow, picks: readonly Pick[]): HTMLElement {
-    const picked = (where: string | null): boolean =>
+    const picked = (where: string): boolean =>
       picks.some((pick) => pick.column === facet.column && pick.where === where);
     const shown = opened.has(facet.column) ? facet.values : facet.values.slice(0, SHOWN);
     const rest = facet.values.length - shown.length;
@@ -36,7 +36,7 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
           h("input", {
             type: "checkbox",
             checked: picked(where),
-            on: { change: () => where && toggle({ column: facet.column, where }) },
+            on: { change: () => toggle({ column: facet.column, where }) },
           }),
           h("span", { class: "facet-name", title: value }, value),
           h("span", { class: "count" }, count),

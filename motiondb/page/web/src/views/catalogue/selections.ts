@@ -17,6 +17,7 @@ import { emptyState, faultState } from "../../parts/states.ts";
 import { interval, plural, seconds } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
+import { quoted } from "./filter.ts";
 
 export interface Selections {
   /** Show them in an element, now and when the database has changed. */
@@ -103,7 +104,7 @@ export function makeSelections(context: Context): Selections {
         { class: "row" },
         h(
           "a",
-          { class: "button plain", href: routeTo("catalogue", { where: `selection="${name}"` }) },
+          { class: "button plain", href: routeTo("catalogue", { where: `selection=${quoted(name)}` }) },
           "Filter by it",
         ),
         downloadMenu("Download", context.status().writes, (format) => void save(name, format)),
