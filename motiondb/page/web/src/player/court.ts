@@ -123,7 +123,7 @@ export function makeCourt(screen: Screen): Court {
     floor.renderOrder = -1; // with the lines of the ground, below bodies
     group.add(floor);
     const ring = new THREE.MeshBasicMaterial({ color: colours.contact });
-    group.add(...places.filter((one) => one.width > 0).map((one) => outline(one, ring)));
+    for (const one of places) if (one.width > 0) group.add(outline(one, ring));
     group.add(new THREE.LineSegments(raised(ground), new THREE.LineBasicMaterial({ color: colours.court })));
     for (const child of group.children) child.frustumCulled = false;
   }

@@ -73,7 +73,7 @@ export function makeErrorCurve(): ErrorCurve {
           svg(
             "text",
             { x: SIZE.left, y: SIZE.height - 2 },
-            `error of the scene (logarithmic), while sampling${again}`,
+            `how far from natural and from its rules${again}`,
           ),
         ),
       );

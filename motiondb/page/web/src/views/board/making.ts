@@ -2,7 +2,7 @@
 
 import { REDUCED } from "../../dom/wishes.ts";
 import { get, messageOf, post } from "../../api/client.ts";
-import { cancelJob, failureOf, isActive } from "../../api/jobs.ts";
+import { cancelJob, failureOf, isActive, stepOf } from "../../api/jobs.ts";
 import type { Track } from "../../api/container.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
@@ -84,7 +84,7 @@ export function makeMaking(
     fill(
       state,
       h("p", {}, h("b", {}, job.title), job.error === null ? "" : ` error ${job.error.toPrecision(3)}`),
-      progressBar(job.state === "waiting" ? null : job.share, job.what || job.state),
+      progressBar(job.state === "waiting" ? null : job.share, stepOf(job)),
       button("plain", "Cancel", () => void cancelJob(job).catch(context.fail)),
     );
   }

@@ -100,8 +100,10 @@ function value(rules: readonly MeasuredRule[]): string {
   const text = (one: number | null): string => (one === null ? "not measured" : one.toFixed(digits));
   const allowed = rules.map((one) => text(one.threshold));
   // A distance has its bounds in its sentence: beyond them nothing is allowed.
-  const room = rules.some((one) => one.threshold !== 0) ? ` of ${allowed.join(" and ")}` : "";
-  return `${text(after)}${room}${unit}`;
+  const room = rules.some((one) => one.threshold !== 0)
+    ? `, ${[...new Set(allowed)].join(" and ")} allowed`
+    : "";
+  return `${text(after)}${unit}${room}`;
 }
 
 function frameButton(frame: number, jump: (time: number) => void): HTMLElement {
@@ -213,7 +215,7 @@ export function sceneReport(scene: SceneReply, jump: (time: number) => void): HT
             {},
             h("th", { scope: "col" }, h("span", { class: "visually-hidden" }, "kept")),
             h("th", { scope: "col" }, "what was asked"),
-            h("th", { scope: "col" }, "off by, of what is allowed"),
+            h("th", { scope: "col" }, "off by"),
             h("th", { scope: "col" }, "moment"),
           ),
         ),

@@ -389,7 +389,6 @@ export function open(host: HTMLElement, context: Context): OpenView {
       showSide();
     },
     news(news) {
-      if (context.status().captures === 0 && news.kind === "job") showRows();
       if (news.kind !== "revision") return;
       showNotice();
       context.motions.forget();

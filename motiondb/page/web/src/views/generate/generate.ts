@@ -244,6 +244,9 @@ export function open(host: HTMLElement, context: Context): OpenView {
       else if (parameters.get("q")) void make(parameters);
       else showStart();
     },
+    news(news) {
+      if (news.kind === "revision" && !asked) showStart();
+    },
     close: clear,
   };
 }

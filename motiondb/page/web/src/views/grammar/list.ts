@@ -1,12 +1,13 @@
 /** The learned grammars, and the job that learns one. */
 
-import { cancelJob, failureOf, isActive } from "../../api/jobs.ts";
+import { cancelJob, failureOf, isActive, stepOf } from "../../api/jobs.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { progressBar } from "../../parts/progress.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { seconds } from "../../parts/text.ts";
-import { go, routeTo } from "../../shell/router.ts";
+import { emptyDatabase } from "../empty_database.ts";
+import { routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
 import type { ListedGrammar } from "../../api/types.ts";
 
@@ -65,13 +66,7 @@ function tableOf(rows: readonly ListedGrammar[]): HTMLElement {
 /** What the user can do in a database without grammars. */
 function nothingYet(context: Context, learn: () => void): HTMLElement {
   const status = context.status();
-  if (status.captures === 0) {
-    return emptyState(
-      "This database is empty",
-      "Add captures first: a grammar is learned from a few long takes of one activity.",
-      [{ label: "Go to the catalogue", run: () => go(routeTo("catalogue")) }],
-    );
-  }
+  if (status.captures === 0) return emptyDatabase(context);
   const text =
     "A grammar is the syntax of long takes: which movements follow which. It makes new sequences that obey the same rules.";
   if (status.read_only) return emptyState("No grammars", `${text} This database was opened read-only.`);
@@ -124,7 +119,7 @@ export function jobState(host: HTMLElement, context: Context): void {
       "div",
       { class: "grammar-job" },
       h("b", {}, job.title),
-      progressBar(job.state === "waiting" ? null : job.share, job.what || job.state),
+      progressBar(job.state === "waiting" ? null : job.share, stepOf(job)),
       button("plain", "Cancel", cancel),
     ),
   );

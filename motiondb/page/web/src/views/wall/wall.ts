@@ -2,7 +2,7 @@
 
 import { dropEarly, get, prefetch } from "../../api/client.ts";
 import type { WallReply, WallTile } from "../../api/types.ts";
-import { isActive } from "../../api/jobs.ts";
+import { isActive, stepOf } from "../../api/jobs.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { rememberPlaces } from "../../dom/flights.ts";
@@ -147,7 +147,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     const reason = canWrite && !job ? reasonToLearn(context.status()) : null;
     fill(
       work,
-      job ? progressBar(job.whole ?? null, job.what || job.state) : null,
+      job ? progressBar(job.whole ?? null, stepOf(job)) : null,
       reason ? [h("p", {}, reason), button("main", "Learn…", () => openLearning(context))] : null,
     );
     fill(
