@@ -25,17 +25,16 @@ export async function tellChanged(context: Context, text: string, changed: Captu
 
 /** Ask for a selection, an old or a new one, and put `items` into it; `what` says what they are. */
 export function askSelection(context: Context, items: readonly Part[], what: string): void {
-  const name = h("input", {
-    class: "field wide",
+  const name = h("input.field.wide", {
     id: "selection-name",
     required: true,
     maxlength: 100,
     placeholder: "fight day 2",
     autocomplete: "off",
   });
-  const known = h("div", { class: "row known-selections" });
+  const known = h("div.row.known-selections");
   const content = [
-    h("p", { class: "muted" }, what),
+    h("p.muted", what),
     h("label", { for: "selection-name" }, "Name of the selection, an old or a new one"),
     name,
     known,

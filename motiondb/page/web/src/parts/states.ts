@@ -16,25 +16,24 @@ export function actionButton(action: Action): HTMLButtonElement {
 /** An empty state with a heading, a sentence and actions. */
 export function emptyState(title: string, text: Child, actions: readonly Action[] = []): HTMLElement {
   return h(
-    "div",
-    { class: "empty" },
-    h("h2", {}, title),
-    h("p", {}, text),
-    actions.length > 0 ? h("div", { class: "row" }, actions.map(actionButton)) : null,
+    "div.empty",
+    h("h2", title),
+    h("p", text),
+    actions.length > 0 ? h("div.row", actions.map(actionButton)) : null,
   );
 }
 
 /** An error message, shown in the place of the content that it prevents. */
 export function faultState(message: string, actions: readonly Action[] = []): HTMLElement {
   return h(
-    "div",
-    { class: "empty fault-state", role: "alert" },
-    h("p", {}, message),
-    actions.length > 0 ? h("div", { class: "row" }, actions.map(actionButton)) : null,
+    "div.empty.fault-state",
+    { role: "alert" },
+    h("p", message),
+    actions.length > 0 ? h("div.row", actions.map(actionButton)) : null,
   );
 }
 
 /** A bar above a view: something the user should know, with an action. */
 export function banner(text: Child, actions: readonly Action[] = []): HTMLElement {
-  return h("div", { class: "banner", role: "status" }, h("p", {}, text), actions.map(actionButton));
+  return h("div.banner", { role: "status" }, h("p", text), actions.map(actionButton));
 }

@@ -30,7 +30,7 @@ interface Named {
 
 /** Make the layer of names of a screen; it lies over its canvas. */
 export function makeNames(screen: Screen): Names {
-  const element = h("div", { class: "player-names", "aria-hidden": "true" });
+  const element = h("div.player-names", { "aria-hidden": "true" });
   let named: Named[] = [];
 
   screen.onDraw(() => {

@@ -47,23 +47,21 @@ function tool(name: IconName, label: string, click: () => void): HTMLButtonEleme
 
 /** Make a player. */
 export function makePlayer(stage: Stage, options: PlayerOptions): Player {
-  const canvas = h("canvas", {
-    class: "player-canvas",
+  const canvas = h("canvas.player-canvas", {
     tabindex: 0,
     role: "img",
     "aria-label": options.label,
   });
-  const message = h("p", { class: "player-message", role: "status" });
+  const message = h("p.player-message", { role: "status" });
   const screen = makeScreen(stage, canvas);
   const fps = options.fps ?? 30;
   steer(screen, true);
   const names = makeNames(screen);
 
   const playButton = tool("play", "Play (Space)", () => change("toggle"));
-  const readout = h("output", { class: "player-time", "aria-live": "off" });
-  const slider = h("input", {
+  const readout = h("output.player-time", { "aria-live": "off" });
+  const slider = h("input.player-slider", {
     type: "range",
-    class: "player-slider",
     min: 0,
     max: 1,
     step: "any",
@@ -74,9 +72,8 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
     },
   });
   const speed = h(
-    "select",
+    "select.player-speed",
     {
-      class: "player-speed",
       "aria-label": "Speed",
       title: "Speed (up, down)",
       on: { change: () => screen.setPlayback({ ...screen.playback, speed: Number(speed.value) }) },
@@ -86,13 +83,12 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
   const loopButton = tool("loop", "Loop (L)", () => change("loop"));
   const switchButtons = SWITCHES.map(([name, picture, label]) => tool(picture, label, () => change(name)));
   const element = h(
-    "section",
-    { class: "player", "aria-label": options.label },
-    h("div", { class: "player-stage" }, canvas, names.element, message),
+    "section.player",
+    { "aria-label": options.label },
+    h("div.player-stage", canvas, names.element, message),
     slider,
     h(
-      "div",
-      { class: "player-bar" },
+      "div.player-bar",
       tool("back", "One frame back (left)", () => stepBy(-1)),
       playButton,
       tool("forward", "One frame forward (right)", () => stepBy(1)),

@@ -27,7 +27,7 @@ const KEPT_FREE: readonly [string, number][] = [
 export function makeMessages(): Messages {
   const news = h("div", { role: "status", "aria-label": "Messages" });
   const faults = h("div", { role: "alert", "aria-label": "Faults" });
-  const element = h("div", { class: "messages" }, news, faults);
+  const element = h("div.messages", news, faults);
 
   /** Move to the corner in which the least is covered. */
   function place(): void {
@@ -47,7 +47,7 @@ export function makeMessages(): Messages {
 
   function add(where: HTMLElement, kind: string, ...children: (Node | string)[]): HTMLElement {
     const close = button("tool", icon("close"), () => message.remove(), { "aria-label": "Close" });
-    const message = h("div", { class: `message ${kind}` }, h("p", {}, ...children), close);
+    const message = h("div", { class: `message ${kind}` }, h("p", ...children), close);
     where.append(message);
     while (where.childElementCount > MOST) where.firstElementChild!.remove();
     place();

@@ -40,8 +40,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     fill(
       root,
       h(
-        "main",
-        { class: "centre" },
+        "main.centre",
         emptyState("motiondb cannot be reached", messageOf(fault), [
           { label: "Try again", run: () => location.reload() },
         ]),
@@ -75,37 +74,26 @@ export async function startPage(root: HTMLElement): Promise<void> {
   const links = new Map(
     VIEWS.filter((view) => view.place !== "asking").map((view) => [
       view.name,
-      h("a", { href: routeTo(view.name), class: "nav-link" }, view.title),
+      h("a.nav-link", { href: routeTo(view.name) }, view.title),
     ]),
   );
   const linksOf = (place?: string): HTMLElement[] =>
     VIEWS.filter((view) => view.place === place).map((view) => links.get(view.name)!);
   const explore = h(
-    "details",
-    { class: "nav-more" },
-    h("summary", { class: "nav-link" }, "Explore"),
-    h("div", { class: "nav-menu" }, linksOf("explore")),
+    "details.nav-more",
+    h("summary.nav-link", "Explore"),
+    h("div.nav-menu", linksOf("explore")),
   );
-  const navigation = h("nav", { "aria-label": "Views", class: "nav" }, linksOf(), explore);
-  const database = h("span", { class: "database" });
-  const lost = h(
-    "p",
-    { class: "lost", role: "status", hidden: true },
-    "The server does not answer. Trying again…",
-  );
+  const navigation = h("nav.nav", { "aria-label": "Views" }, linksOf(), explore);
+  const database = h("span.database");
+  const lost = h("p.lost", { role: "status", hidden: true }, "The server does not answer. Trying again…");
   const host = h("main", { id: "view", tabindex: -1 });
   fill(
     root,
-    h("button", { class: "skip", type: "button", on: { click: () => host.focus() } }, "Skip to the content"),
+    h("button.skip", { type: "button", on: { click: () => host.focus() } }, "Skip to the content"),
     h(
-      "header",
-      { class: "top" },
-      h(
-        "a",
-        { class: "brand", href: routeTo(FIRST) },
-        h("span", { class: "brand-mark", "aria-hidden": "true" }),
-        "motiondb",
-      ),
+      "header.top",
+      h("a.brand", { href: routeTo(FIRST) }, h("span.brand-mark", { "aria-hidden": "true" }), "motiondb"),
       question.element,
       navigation,
       database,

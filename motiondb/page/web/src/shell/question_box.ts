@@ -15,9 +15,8 @@ export interface QuestionBox {
 }
 
 export function makeQuestionBox(context: Context): QuestionBox {
-  const box = h("input", {
+  const box = h("input.question-box", {
     id: "question",
-    class: "question-box",
     type: "search",
     placeholder: "Ask for a movement",
     autocomplete: "off",
@@ -37,24 +36,23 @@ export function makeQuestionBox(context: Context): QuestionBox {
     },
   });
   const element = h(
-    "form",
-    { class: "question-form", role: "search", "aria-label": "Ask" },
+    "form.question-form",
+    { role: "search", "aria-label": "Ask" },
     icon("search"),
     box,
     file,
     h(
-      "button",
+      "button.button.plain.by-example",
       {
-        class: "button plain by-example",
         type: "button",
         "aria-label": "Search by example",
         title: "Search by example: choose a motion file",
         on: { click: () => file.click() },
       },
       icon("file"),
-      h("span", { class: "by-example-text" }, "By example"),
+      h("span.by-example-text", "By example"),
     ),
-    h("button", { class: "button", type: "submit" }, "Search"),
+    h("button.button", { type: "submit" }, "Search"),
   );
   let known = "";
   element.addEventListener("submit", (event) => {

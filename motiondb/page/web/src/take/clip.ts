@@ -43,12 +43,12 @@ const AROUND = 1;
 
 /** Make a clip; it loads when it comes near the window. */
 export function makeClip(context: { stage: Stage; motions: Motions }, options: ClipOptions): Clip {
-  const canvas = h("canvas", { class: "clip-canvas", role: "img", "aria-label": options.label });
-  const message = h("p", { class: "player-message" }, options.poster ? "" : "Loading…");
+  const canvas = h("canvas.clip-canvas", { role: "img", "aria-label": options.label });
+  const message = h("p.player-message", options.poster ? "" : "Loading…");
   const screen = makeScreen(context.stage, canvas);
   steer(screen, false);
-  const button = h("button", { class: "clip-play tool", type: "button", on: { click: () => press() } });
-  const element = h("div", { class: "clip" }, canvas, message, button);
+  const button = h("button.clip-play.tool", { type: "button", on: { click: () => press() } });
+  const element = h("div.clip", canvas, message, button);
   let tracks: readonly Track[] = [];
 
   let begun: Promise<void> | null = null;

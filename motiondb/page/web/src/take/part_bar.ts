@@ -24,9 +24,8 @@ export function makePartBar(
   const to = number("End of the part, seconds");
 
   function number(label: string): HTMLInputElement {
-    return h("input", {
+    return h("input.number", {
       type: "number",
-      class: "number",
       step: 0.05,
       min: 0,
       "aria-label": label,
@@ -41,16 +40,15 @@ export function makePartBar(
   }
 
   const hint = h(
-    "p",
-    { class: "hint" },
+    "p.hint",
     "Drag on the timeline to select a part, or ",
     button("link", "type its times", () => change([0, Math.min(1, whole)])),
     ".",
   );
   const fields = h(
-    "div",
-    { class: "part-fields", hidden: true },
-    h("span", { class: "part-times" }, "Part ", from, " to ", to, " s"),
+    "div.part-fields",
+    { hidden: true },
+    h("span.part-times", "Part ", from, " to ", to, " s"),
     actions.map(({ label, run }) => button("plain", label, () => part && run(part))),
     more,
     button("tool", icon("close"), () => change(null), {
@@ -59,7 +57,7 @@ export function makePartBar(
     }),
   );
   return {
-    element: h("div", { class: "part-bar" }, hint, fields),
+    element: h("div.part-bar", hint, fields),
     show(next, duration) {
       part = next;
       whole = duration;

@@ -43,16 +43,16 @@ const NEARER = 1.6;
 export function makeTimeline(options: TimelineOptions): Timeline {
   const { duration } = options;
   const percent = (time: number): string => `${(Math.min(Math.max(time, 0), duration) / duration) * 100}%`;
-  const cursor = h("div", { class: "timeline-cursor" });
-  const litLayer = h("div", { class: "timeline-lit-layer" });
-  const chosen = h("div", { class: "timeline-selection", hidden: true });
-  const lanesBox = h("div", { class: "timeline-lanes" });
-  const ruler = h("div", { class: "timeline-ruler", "aria-hidden": "true" });
-  const area = h("div", { class: "timeline-area" }, ruler, litLayer, options.top, lanesBox, chosen, cursor);
+  const cursor = h("div.timeline-cursor");
+  const litLayer = h("div.timeline-lit-layer");
+  const chosen = h("div.timeline-selection", { hidden: true });
+  const lanesBox = h("div.timeline-lanes");
+  const ruler = h("div.timeline-ruler", { "aria-hidden": "true" });
+  const area = h("div.timeline-area", ruler, litLayer, options.top, lanesBox, chosen, cursor);
   const element = h(
     "div",
     { class: options.small ? "timeline small" : "timeline", role: "group", "aria-label": options.label },
-    h("div", { class: "timeline-scroll" }, area),
+    h("div.timeline-scroll", area),
   );
   const view = area.parentElement!;
   let nearness = 1;
@@ -79,9 +79,8 @@ export function makeTimeline(options: TimelineOptions): Timeline {
   if (!options.small && duration > 2 * NEAREST) {
     const zoom = (text: string, label: string, factor: number): HTMLElement =>
       h(
-        "button",
+        "button.tool",
         {
-          class: "tool",
           type: "button",
           "aria-label": label,
           title: label,
@@ -91,8 +90,7 @@ export function makeTimeline(options: TimelineOptions): Timeline {
       );
     element.append(
       h(
-        "div",
-        { class: "timeline-zoom" },
+        "div.timeline-zoom",
         zoom("\u2212", "Show more of the time line", 1 / NEARER),
         zoom("+", "Show less of the time line (Ctrl + wheel)", NEARER),
       ),
@@ -108,7 +106,7 @@ export function makeTimeline(options: TimelineOptions): Timeline {
     );
   }
   // A click on a block says what it is, with a link to where more is known of it.
-  const more = h("p", { class: "timeline-more", role: "status", hidden: true });
+  const more = h("p.timeline-more", { role: "status", hidden: true });
   element.append(more);
   let shown: readonly Lane[] = [];
 
@@ -257,13 +255,13 @@ function laneElement(
           ...(block.colour ? { background: block.colour } : {}),
         },
       },
-      h("span", {}, block.label),
+      h("span", block.label),
     ),
   );
   return h(
     "div",
     { class: `lane lane-${lane.kind}` },
-    h("span", { class: "lane-name" }, lane.name),
+    h("span.lane-name", lane.name),
     h("ul", { style: { height: `calc(${count} * var(--row))` }, "aria-label": lane.name }, blocks),
   );
 }

@@ -16,7 +16,7 @@ export function fillingJob(context: Context): JobReply | undefined {
 
 /** A state of a view that is made again with the news of jobs, as long as it is on screen. */
 export function withJobs(context: Context, make: () => HTMLElement): HTMLElement {
-  const element = h("div", {}, make());
+  const element = h("div", make());
   const stop = context.live.listen((news) => {
     if (news.kind !== "job") return;
     if (element.isConnected) fill(element, make());

@@ -15,16 +15,15 @@ const MOST = 24;
 /** The fault; where no word of a question is known, also known words to choose from. */
 export function faultWithWords(fault: unknown, choose: (word: string) => void): HTMLElement {
   if (!(fault instanceof ApiError && fault.kind === "UnknownWordsError")) return faultState(messageOf(fault));
-  const words = h("div", { class: "known-words" });
+  const words = h("div.known-words");
   void get<VocabularyReply>("/api/vocabulary").then(
     (answer) => {
       if (answer.words.length === 0) return;
       fill(
         words,
-        h("p", { class: "muted" }, "Words that this database knows, the commonest first:"),
+        h("p.muted", "Words that this database knows, the commonest first:"),
         h(
-          "div",
-          { class: "row" },
+          "div.row",
           answer.words.slice(0, MOST).map(({ word }) => button("plain", word, () => choose(word))),
         ),
       );
@@ -39,11 +38,10 @@ export function faultWithWords(fault: unknown, choose: (word: string) => void): 
   ]);
   return h(
     "div",
-    {},
     h(
-      "div",
-      { class: "verdict not-here", role: "alert" },
-      h("p", {}, message.replace(NEAR, ""), choices, near.length > 0 ? "." : ""),
+      "div.verdict.not-here",
+      { role: "alert" },
+      h("p", message.replace(NEAR, ""), choices, near.length > 0 ? "." : ""),
     ),
     words,
   );

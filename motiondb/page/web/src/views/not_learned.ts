@@ -22,7 +22,7 @@ export function notLearned(fault: unknown, context: Context): HTMLElement | null
       wordless
         ? "Nobody has written about these captures. Learning can start from words that were learned from captures of others; then questions in words are answered."
         : "Learning finds the movements in the captures and the meanings of words. It takes from seconds to minutes.",
-      fault === null ? null : h("span", { class: "server-said" }, messageOf(fault)),
+      fault === null ? null : h("span.server-said", messageOf(fault)),
     ],
     [{ label: "Learn…", run: () => openLearning(context) }],
   );

@@ -83,9 +83,9 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   const faults = h("div", { "aria-live": "polite" });
   const draftNote = h("div", { "aria-live": "polite" });
-  const side = h("div", { class: "board-side" });
+  const side = h("div.board-side");
   const warm = h("input", { type: "checkbox", id: "board-warm", checked: true });
-  const seed = h("input", { type: "number", class: "number", id: "board-seed", min: 0, step: 1, value: 0 });
+  const seed = h("input.number", { type: "number", id: "board-seed", min: 0, step: 1, value: 0 });
   const makeButton = button(
     "main",
     "Make the scene",
@@ -93,7 +93,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   );
   const undoButton = button("plain", [icon("undo"), "Undo"], () => undo(), { disabled: true });
   const swapButton = button("plain", "", () => swap(), { title: "Exchange their sizes (X)" });
-  const body = h("div", {});
+  const body = h("div");
   const tools = makeTools(() => show());
   const files = makeFiles(context, {
     open: (chosen) => go(routeTo("board", { board: chosen })),
@@ -328,32 +328,24 @@ export function open(host: HTMLElement, context: Context): OpenView {
   swap(isStage);
 
   fill(body, [
-    h("div", { class: "board-left" }, tools.element, side),
+    h("div.board-left", tools.element, side),
     drawing.element,
     h(
-      "div",
-      { class: "board-right" },
+      "div.board-right",
       h(
-        "div",
-        { class: "row" },
+        "div.row",
         makeButton,
         h("label", { for: "board-seed" }, "Seed"),
         seed,
         undoButton,
-        h("label", { class: "check" }, warm, "update after changes"),
+        h("label.check", warm, "update after changes"),
         swapButton,
       ),
       faults,
       making.element,
     ),
   ]);
-  fill(
-    host,
-    h("h1", { class: "hidden-heading" }, "Tactics board"),
-    h("div", { class: "row board-bar" }, files.element),
-    draftNote,
-    body,
-  );
+  fill(host, h("h1.hidden-heading", "Tactics board"), h("div.row.board-bar", files.element), draftNote, body);
   // A button that was pressed and is disabled now leaves the focus to the page.
   const onKey = (event: KeyboardEvent): void => {
     const at = event.target as Element;

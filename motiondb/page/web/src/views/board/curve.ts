@@ -39,7 +39,7 @@ export function triesOf(points: readonly (readonly [number, number])[]): (readon
 const short = (value: number): string => (value >= 100 ? value.toFixed(0) : value.toPrecision(2));
 
 export function makeErrorCurve(): ErrorCurve {
-  const element = h("div", { class: "board-curve" });
+  const element = h("div.board-curve");
   return {
     element,
     show(curve) {
@@ -63,7 +63,7 @@ export function makeErrorCurve(): ErrorCurve {
           },
           svg("text", { x: SIZE.left - 6, y: 12, "text-anchor": "end" }, short(Math.max(...known))),
           svg("text", { x: SIZE.left - 6, y: height + 6, "text-anchor": "end" }, short(Math.min(...known))),
-          svg("line", { class: "board-axis", x1: SIZE.left, y1: height + 6, x2: SIZE.width, y2: height + 6 }),
+          svg("line.board-axis", { x1: SIZE.left, y1: height + 6, x2: SIZE.width, y2: height + 6 }),
           tries.map((points, i) =>
             svg("polyline", {
               class: i + 1 < tries.length ? "board-error earlier" : "board-error",

@@ -29,8 +29,7 @@ const ENDING = ".tactics";
 const NEW = "new:";
 
 export function makeFiles(context: Context, actions: FileActions): Files {
-  const select = h("select", {
-    class: "field",
+  const select = h("select.field", {
     id: "board-name",
     on: {
       change: () => {
@@ -71,8 +70,7 @@ export function makeFiles(context: Context, actions: FileActions): Files {
   }
 
   function editText(): void {
-    const area = h("textarea", {
-      class: "field wide board-text",
+    const area = h("textarea.field.wide.board-text", {
       "aria-label": "Text of the board",
       rows: 18,
     });
@@ -81,8 +79,7 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       "The board as text",
       area,
       h(
-        "div",
-        { class: "row end" },
+        "div.row.end",
         button("main", "Use this text", () => {
           dialog.close();
           actions.openText(area.value);
@@ -93,8 +90,7 @@ export function makeFiles(context: Context, actions: FileActions): Files {
 
   return {
     element: h(
-      "div",
-      { class: "row" },
+      "div.row",
       h("label", { for: "board-name" }, "Board"),
       select,
       input,

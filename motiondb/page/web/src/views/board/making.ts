@@ -49,12 +49,12 @@ export function makeMaking(
     moved(begun ? tokensAt(playing, time) : []);
   });
   const curve = makeErrorCurve();
-  const state = h("div", { class: "board-making", "aria-live": "polite" });
-  const report = h("div", {});
-  const buttons = h("div", { class: "row", hidden: true });
+  const state = h("div.board-making", { "aria-live": "polite" });
+  const report = h("div");
+  const buttons = h("div.row", { hidden: true });
   const element = h(
-    "section",
-    { class: "board-scene", "aria-label": "Scene" },
+    "section.board-scene",
+    { "aria-label": "Scene" },
     state,
     player.element,
     report,
@@ -71,7 +71,7 @@ export function makeMaking(
   /** What this is for, while there is nothing. */
   function sayIdle(): void {
     const text = "Make the scene: the people of the drawing move with motion of the captures.";
-    fill(state, h("p", { class: "muted" }, text));
+    fill(state, h("p.muted", text));
   }
   sayIdle();
 
@@ -83,7 +83,7 @@ export function makeMaking(
   function tell(job: JobReply): void {
     fill(
       state,
-      h("p", {}, h("b", {}, job.title), job.error === null ? "" : ` error ${job.error.toPrecision(3)}`),
+      h("p", h("b", job.title), job.error === null ? "" : ` error ${job.error.toPrecision(3)}`),
       progressBar(job.state === "waiting" ? null : job.share, stepOf(job)),
       button("plain", "Cancel", () => void cancelJob(job).catch(context.fail)),
     );
@@ -99,7 +99,7 @@ export function makeMaking(
     } else if (job.state === "failed") {
       fill(state, faultState(failureOf(job)));
     } else if (job.kind === "scene") {
-      fill(state, h("p", { class: "muted" }, "Cancelled."));
+      fill(state, h("p.muted", "Cancelled."));
     } else if (scene) state.replaceChildren();
     else sayIdle();
   }
@@ -208,8 +208,8 @@ export function makeMaking(
   }
 
   function keep(ref: string): void {
-    const name = h("input", { class: "field", "aria-label": "Name of the scene", required: true });
-    const form = h("form", { class: "row" }, name, h("button", { class: "button", type: "submit" }, "Keep"));
+    const name = h("input.field", { "aria-label": "Name of the scene", required: true });
+    const form = h("form.row", name, h("button.button", { type: "submit" }, "Keep"));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
       post<SceneKept>("/api/scenes/keep", { ref, name: name.value.trim() }).then(() => {

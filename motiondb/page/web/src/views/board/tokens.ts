@@ -34,7 +34,7 @@ export function tokensAt(tracks: readonly Track[], time: number): Token[] {
 
 /** Make the layer of tokens of a board. */
 export function makeTokens(): Tokens {
-  const element = svg("g", { class: "board-tokens", "aria-hidden": "true" });
+  const element = svg("g.board-tokens", { "aria-hidden": "true" });
   let drawn = "";
   return {
     element,
@@ -44,7 +44,7 @@ export function makeTokens(): Tokens {
         drawn = cast;
         const mark = ({ name, team }: Token): SVGElement =>
           team === "ball"
-            ? svg("g", { class: "board-token ball" }, svg("circle", { r: 0.18 }))
+            ? svg("g.board-token.ball", svg("circle", { r: 0.18 }))
             : svg(
                 "g",
                 { class: `board-token ${styleOf(team)}`, "data-token": name },

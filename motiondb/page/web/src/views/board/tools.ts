@@ -27,7 +27,7 @@ const GROUPS: readonly [string, readonly string[]][] = [
 export function makeTools(change: () => void): Tools {
   let chosen = "";
   let ground: Ground = groundNow();
-  const element = h("div", { class: "board-tools", role: "toolbar", "aria-label": "Tools of the board" });
+  const element = h("div.board-tools", { role: "toolbar", "aria-label": "Tools of the board" });
 
   function tool(value: string, label: string, title: string): HTMLElement {
     return button(
@@ -45,10 +45,10 @@ export function makeTools(change: () => void): Tools {
   function draw(): void {
     fill(
       element,
-      h("div", { class: "row" }, tool("", "Select", "Select and move (Escape)")),
+      h("div.row", tool("", "Select", "Select and move (Escape)")),
       h(
-        "div",
-        { class: "row", role: "group", "aria-label": "Players" },
+        "div.row",
+        { role: "group", "aria-label": "Players" },
         ground.teams.map((team) =>
           tool(`team:${team}`, `+ ${team}`, `Click on the ground to place one: ${team}`),
         ),
@@ -58,8 +58,8 @@ export function makeTools(change: () => void): Tools {
         const known = offered.filter((one) => looks.includes(one.look)).map((one) => one.name);
         if (known.length === 0) return null;
         return h(
-          "div",
-          { class: "row", role: "group", "aria-label": title },
+          "div.row",
+          { role: "group", "aria-label": title },
           known.map((kind) =>
             tool(
               kind,

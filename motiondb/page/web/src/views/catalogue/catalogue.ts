@@ -114,22 +114,16 @@ export function open(host: HTMLElement, context: Context): OpenView {
     undo: () => actions.undo(),
   });
 
-  const filter = h("input", {
-    class: "field",
+  const filter = h("input.field", {
     id: "filter",
     type: "search",
     placeholder: "words, a name, or length > 10",
     "aria-describedby": "filter-fault",
     spellcheck: false,
   });
-  const filterFault = h("p", { id: "filter-fault", class: "bad small", role: "alert" });
-  const form = h(
-    "form",
-    { class: "filter-form", role: "search" },
-    h("label", { for: "filter" }, "Filter"),
-    filter,
-  );
-  const summary = h("p", { class: "summary", role: "status" });
+  const filterFault = h("p.bad.small", { id: "filter-fault", role: "alert" });
+  const form = h("form.filter-form", { role: "search" }, h("label", { for: "filter" }, "Filter"), filter);
+  const summary = h("p.summary", { role: "status" });
   const canWrite = !context.status().read_only;
   const undo = button("plain", [icon("undo"), "Undo"], () => void actions.undo(), {
     class: "button plain undo-button",
@@ -146,9 +140,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
     title: "Large previews, which play while they are pointed at",
   });
   const tools = h(
-    "div",
-    { class: "row" },
-    h("a", { class: "button plain", href: routeTo("wall"), title: "All captures in motion" }, "Wall"),
+    "div.row",
+    h("a.button.plain", { href: routeTo("wall"), title: "All captures in motion" }, "Wall"),
     asGrid,
     Object.values(lists),
     canWrite
@@ -157,29 +150,29 @@ export function open(host: HTMLElement, context: Context): OpenView {
           button("plain", "Learn…", () => openLearning(context)),
           button(
             "main",
-            [icon("plus"), h("span", {}, "Add", h("span", { class: "wide-only" }, " captures"))],
+            [icon("plus"), h("span", "Add", h("span.wide-only", " captures"))],
             () => openAdding(context),
             { "aria-label": "Add captures" },
           ),
         ]
       : null,
   );
-  const notice = h("div", {});
+  const notice = h("div");
   const facetBox = h(
-    "details",
-    { class: "facet-box", open: innerWidth > 900 },
-    h("summary", {}, "Filter by value"),
+    "details.facet-box",
+    { open: innerWidth > 900 },
+    h("summary", "Filter by value"),
     facets.element,
   );
-  const content = h("div", { class: "catalogue-content" });
-  const side = h("div", { class: "catalogue-side", hidden: true });
+  const content = h("div.catalogue-content");
+  const side = h("div.catalogue-side", { hidden: true });
   fill(
     host,
-    h("h1", { class: "hidden-heading" }, "Catalogue"),
-    h("div", { class: "catalogue-bar" }, form, summary, tools),
+    h("h1.hidden-heading", "Catalogue"),
+    h("div.catalogue-bar", form, summary, tools),
     filterFault,
     notice,
-    h("div", { class: "catalogue-body" }, facetBox, content, side),
+    h("div.catalogue-body", facetBox, content, side),
     picking.element,
   );
   const endDrops = canWrite ? onDrop(host, (files) => openAdding(context, files)) : null;

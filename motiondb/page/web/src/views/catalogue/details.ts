@@ -67,11 +67,10 @@ export function makeDetails(
   let facts: CaptureDetails | null = null;
   let name = "";
   const title = h("h2", { tabindex: -1 });
-  const under = h("div", { class: "details-under" });
+  const under = h("div.details-under");
   // There at once, before anything is known of the capture.
   const tools = h(
-    "div",
-    { class: "row actions" },
+    "div.row.actions",
     button("plain", "More like this", () => go(routeTo("search", { like: ref() }))),
     downloadButtons(context.status().writes, (format) => void save(format), true),
   );
@@ -147,11 +146,10 @@ export function makeDetails(
   }
 
   const element = h(
-    "aside",
-    { class: "details", "aria-label": "Capture" },
+    "aside.details",
+    { "aria-label": "Capture" },
     h(
-      "div",
-      { class: "details-head" },
+      "div.details-head",
       title,
       button("tool", icon("close"), leave, { "aria-label": "Close the capture", title: "Close (Escape)" }),
     ),
@@ -186,16 +184,15 @@ export function makeDetails(
       under,
       facts.grammar && facts.string
         ? h(
-            "p",
-            { class: "small" },
+            "p.small",
             `A sequence of the grammar ${facts.grammar}. `,
             h("a", { href: routeTo("grammar", { open: facts.name }) }, "Open in the editor"),
           )
         : null,
-      h("h3", {}, "Words"),
+      h("h3", "Words"),
       captions.element,
       copiesOf(facts),
-      h("h3", {}, "Facts"),
+      h("h3", "Facts"),
       factList(facts),
       context.status().read_only
         ? null
@@ -211,7 +208,7 @@ export function makeDetails(
       title.textContent = name;
       facts = null;
       take.element.hidden = tools.hidden = false;
-      fill(under, h("p", { class: "muted", role: "status" }, "Loading its words and facts…"));
+      fill(under, h("p.muted", { role: "status" }, "Loading its words and facts…"));
       loading = true;
       context.stage.rest(true);
       const ready = take.load({ ref: ref(), selection: part }).then(() => {
@@ -265,16 +262,14 @@ export function makeDetails(
 function copiesOf(facts: CaptureDetails): Child {
   if (facts.relations.length === 0) return null;
   return [
-    h("h3", {}, "Copies"),
+    h("h3", "Copies"),
     h(
-      "ul",
-      { class: "plain" },
+      "ul.plain",
       facts.relations.map((copy) => {
         const other = copy.capture === facts.name ? copy.other : copy.capture;
         const where = `, ${interval(copy.start, copy.end)}`;
         return h(
           "li",
-          {},
           h("a", { href: routeTo("catalogue", { capture: other }) }, other),
           ` – ${copy.kind}${where}`,
         );
@@ -302,10 +297,7 @@ function factList(facts: CaptureDetails): HTMLElement {
     ["SHA-256", facts.sha256],
   ];
   return h(
-    "dl",
-    { class: "facts" },
-    rows
-      .filter(([, value]) => value)
-      .map(([name, value]) => h("div", {}, h("dt", {}, name), h("dd", {}, value!))),
+    "dl.facts",
+    rows.filter(([, value]) => value).map(([name, value]) => h("div", h("dt", name), h("dd", value!))),
   );
 }

@@ -14,7 +14,7 @@ const KINDS: Record<string, string> = {
 };
 
 export async function showDuplicates(host: HTMLElement): Promise<void> {
-  fill(host, h("p", { class: "muted" }, "Searching for copies…"));
+  fill(host, h("p.muted", "Searching for copies…"));
   try {
     const { groups } = await get<DuplicatesReply>("/api/duplicates");
     if (groups.length === 0) {
@@ -27,26 +27,22 @@ export async function showDuplicates(host: HTMLElement): Promise<void> {
     fill(
       host,
       h(
-        "p",
-        { class: "lead" },
+        "p.lead",
         `${plural(groups.length, "group")} of captures that show the same motion. The first of each group is the longest.`,
       ),
       groups.map((group) =>
         h(
-          "section",
-          { class: "duplicate-group" },
-          h("h3", {}, link(group.captures[0]!)),
+          "section.duplicate-group",
+          h("h3", link(group.captures[0]!)),
           h(
-            "ul",
-            { class: "plain" },
+            "ul.plain",
             group.relations.map((one) =>
               h(
                 "li",
-                {},
                 link(one.capture),
                 ` ${KINDS[one.kind] ?? one.kind} `,
                 link(one.other),
-                h("span", { class: "muted" }, ` (${interval(one.start, one.end)})`),
+                h("span.muted", ` (${interval(one.start, one.end)})`),
               ),
             ),
           ),

@@ -119,8 +119,7 @@ export function editInPlace(
   done: () => void,
 ): void {
   let finished = false;
-  const input = h("input", {
-    class: "in-place",
+  const input = h("input.in-place", {
     value,
     "aria-label": label,
     placeholder: "a person walks; walking",
@@ -158,21 +157,21 @@ export function makeCaptionList(
   actions: WordsActions,
   play: (start: number, end: number) => void,
 ): CaptionList {
-  const element = h("div", { class: "captions" });
+  const element = h("div.captions");
   let shown = "";
 
   function row(capture: string, captions: readonly Caption[], index: number, canEdit: boolean): HTMLElement {
     const caption = captions[index]!;
     const { start, end, words } = caption;
     const others = captions.filter((_, i) => i !== index);
-    const cell = h("div", { class: "caption-words" });
+    const cell = h("div.caption-words");
     const reset = (): void =>
       fill(
         cell,
         canEdit
           ? h(
-              "button",
-              { class: "words-button", type: "button", title: "Edit these words", on: { click: begin } },
+              "button.words-button",
+              { type: "button", title: "Edit these words", on: { click: begin } },
               words,
             )
           : words,
@@ -194,7 +193,7 @@ export function makeCaptionList(
     reset();
     const when =
       start === null || end === null
-        ? h("span", { class: "muted" }, "whole")
+        ? h("span.muted", "whole")
         : button("time", `${start.toFixed(2)}–${end.toFixed(2)}`, () => play(start, end), {
             title: "Play this part",
           });
@@ -204,7 +203,7 @@ export function makeCaptionList(
           title: "Remove",
         })
       : null;
-    return h("li", { class: "caption" }, when, cell, removal);
+    return h("li.caption", when, cell, removal);
   }
 
   return {
@@ -214,16 +213,14 @@ export function makeCaptionList(
       const typed = shown === capture ? (former?.value ?? "") : "";
       const focused = former !== null && document.activeElement === former;
       shown = capture;
-      const input = h("input", {
-        class: "field",
+      const input = h("input.field", {
         "aria-label": "Words of the whole capture",
         placeholder: "Say what happens in this capture",
         value: typed,
       });
       const form = h(
-        "form",
+        "form.row",
         {
-          class: "row",
           on: {
             submit: (event) => {
               event.preventDefault();
@@ -237,17 +234,16 @@ export function makeCaptionList(
           },
         },
         input,
-        h("button", { class: "button plain", type: "submit" }, "Add words"),
+        h("button.button.plain", { type: "submit" }, "Add words"),
       );
       fill(
         element,
         captions.length > 0
           ? h(
-              "ul",
-              { class: "plain" },
+              "ul.plain",
               captions.map((_, i) => row(capture, captions, i, canEdit)),
             )
-          : h("p", { class: "muted" }, "Nobody has written about this capture yet."),
+          : h("p.muted", "Nobody has written about this capture yet."),
         canEdit ? form : null,
       );
       if (focused && canEdit) input.focus();

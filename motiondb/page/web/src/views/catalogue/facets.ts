@@ -16,7 +16,7 @@ export interface Facets {
 const SHOWN = 8;
 
 export function makeFacets(toggle: (pick: Pick) => void): Facets {
-  const element = h("div", { class: "facets" });
+  const element = h("div.facets");
   const opened = new Set<string>();
   let asked = 0;
 
@@ -26,20 +26,18 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
     const shown = opened.has(facet.column) ? facet.values : facet.values.slice(0, SHOWN);
     const rest = facet.values.length - shown.length;
     return h(
-      "fieldset",
-      { class: "facet" },
-      h("legend", {}, facet.column),
+      "fieldset.facet",
+      h("legend", facet.column),
       shown.map(({ value, count, where }) =>
         h(
-          "label",
-          { class: "facet-value" },
+          "label.facet-value",
           h("input", {
             type: "checkbox",
             checked: picked(where),
             on: { change: () => toggle({ column: facet.column, where }) },
           }),
-          h("span", { class: "facet-name", title: value }, value),
-          h("span", { class: "count" }, count),
+          h("span.facet-name", { title: value }, value),
+          h("span.count", count),
         ),
       ),
       rest > 0
@@ -48,7 +46,7 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
             void show();
           })
         : null,
-      facet.more > 0 ? h("p", { class: "muted" }, `and ${facet.more} rarer`) : null,
+      facet.more > 0 ? h("p.muted", `and ${facet.more} rarer`) : null,
     );
   }
 

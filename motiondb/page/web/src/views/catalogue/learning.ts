@@ -30,20 +30,19 @@ function usualStart(status: Status): string {
 /** Ask for the settings, then start. */
 export function openLearning(context: Context): void {
   const status = context.status();
-  const symbols = h("input", {
+  const symbols = h("input.number", {
     type: "number",
-    class: "number",
     id: "symbols",
     min: 2,
     max: 1000,
     step: 1,
     placeholder: "auto",
   });
-  const seed = h("input", { type: "number", class: "number", id: "learn-seed", min: 0, step: 1, value: 0 });
+  const seed = h("input.number", { type: "number", id: "learn-seed", min: 0, step: 1, value: 0 });
   const usual = usualStart(status);
   const start = h(
-    "select",
-    { class: "field", id: "learn-start", on: { change: () => showStart() } },
+    "select.field",
+    { id: "learn-start", on: { change: () => showStart() } },
     h("option", { value: "none", selected: usual === "none" }, "these captions only"),
     status.starts.map(({ name, words, captions }) =>
       h(
@@ -53,7 +52,7 @@ export function openLearning(context: Context): void {
       ),
     ),
   );
-  const credit = h("p", { class: "small muted" });
+  const credit = h("p.small.muted");
 
   function showStart(): void {
     const chosen = status.starts.find(({ name }) => name === start.value);
@@ -66,30 +65,26 @@ export function openLearning(context: Context): void {
   const content = [
     h(
       "p",
-      {},
       `The motion of ${plural(status.captures, "capture")} is cut into movements. `,
       described > 0
         ? `Words are learned from the captions of ${plural(described, "capture")}. `
         : "Nobody has written about them yet, so the words must come from the captions of others. ",
       status.learned ? "What was learned before is replaced when this is done, not earlier." : null,
     ),
-    h("div", { class: "form-grid" }, h("label", { for: "learn-start" }, "Learn from"), start),
+    h("div.form-grid", h("label", { for: "learn-start" }, "Learn from"), start),
     credit,
     h(
       "details",
-      {},
-      h("summary", {}, "Settings"),
+      h("summary", "Settings"),
       h(
-        "div",
-        { class: "form-grid" },
+        "div.form-grid",
         h("label", { for: "symbols" }, "Number of movements"),
         symbols,
         h("label", { for: "learn-seed" }, "Seed"),
         seed,
       ),
       h(
-        "p",
-        { class: "small muted" },
+        "p.small.muted",
         "Without a number, it is chosen from the data. The same seed gives the same result.",
       ),
     ),

@@ -57,8 +57,8 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
   const count = h("span", { role: "status" });
   const canWrite = !context.status().read_only;
   const element = h(
-    "div",
-    { class: "selection-bar", role: "region", "aria-label": "Selected captures", hidden: true },
+    "div.selection-bar",
+    { role: "region", "aria-label": "Selected captures", hidden: true },
     count,
     button("link", "Select all", async () => set(await options.all(), true)),
     canWrite

@@ -38,10 +38,10 @@ export function askNames(names: readonly string[], run: (body: Renaming) => Prom
   const several = names.length > 1;
   const pattern = several ? commonPattern(names) : only!;
   const field = (id: string): HTMLInputElement =>
-    h("input", { class: "field wide", id, required: true, value: pattern, spellcheck: false });
+    h("input.field.wide", { id, required: true, value: pattern, spellcheck: false });
   const [old, fresh] = [field("old-names"), field("new-names")];
   fresh.autofocus = true;
-  const shown = h("p", { class: "small muted", role: "status" });
+  const shown = h("p.small.muted", { role: "status" });
 
   function show(): void {
     if (!several) return;
@@ -63,7 +63,7 @@ export function askNames(names: readonly string[], run: (body: Renaming) => Prom
   const content = [
     several
       ? [
-          h("p", { class: "muted" }, `${plural(names.length, "capture")}. ${ANY} stands for any letters.`),
+          h("p.muted", `${plural(names.length, "capture")}. ${ANY} stands for any letters.`),
           h("label", { for: "old-names" }, "Names like"),
           old,
         ]

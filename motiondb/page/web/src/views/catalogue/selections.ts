@@ -62,11 +62,10 @@ export function makeSelections(context: Context): Selections {
         post<CapturesChanged>("/api/selection/take", { name, items: [{ ref, start, end }] }),
       );
     return h(
-      "li",
-      { class: "selected-part" },
+      "li.selected-part",
       h("a", { href: routeTo("catalogue", { show: "selections", capture, ...place }) }, capture),
-      h("span", { class: "muted" }, when),
-      h("span", { class: "muted small" }, `licence ${part.licence}`),
+      h("span.muted", when),
+      h("span.muted.small", `licence ${part.licence}`),
       canWrite
         ? button("tool", icon("close"), take, {
             "aria-label": `Take ${capture}, ${when}, out of ${name}`,
@@ -90,21 +89,20 @@ export function makeSelections(context: Context): Selections {
 
   function section(row: SelectionRow): HTMLElement {
     const name = row.selection;
-    const list = h("ul", { class: "plain" });
+    const list = h("ul.plain");
     const about = `${plural(row.parts, "part")} of ${plural(row.captures, "capture")}, ${seconds(row.seconds)}`;
-    const summary = h("summary", {}, h("strong", {}, name), " ", h("span", { class: "muted" }, about));
+    const summary = h("summary", h("strong", name), " ", h("span.muted", about));
     const forget = (): void =>
       void change(name, `“${name}” is removed; its captures stay.`, remove("/api/selection", { name }));
     const details = h(
-      "details",
-      { class: "kept-selection", open: opened.has(name) },
+      "details.kept-selection",
+      { open: opened.has(name) },
       summary,
       h(
-        "div",
-        { class: "row" },
+        "div.row",
         h(
-          "a",
-          { class: "button plain", href: routeTo("catalogue", { where: `selection=${quoted(name)}` }) },
+          "a.button.plain",
+          { href: routeTo("catalogue", { where: `selection=${quoted(name)}` }) },
           "Filter by it",
         ),
         downloadMenu("Download", context.status().writes, (format) => void save(name, format)),
@@ -136,7 +134,7 @@ export function makeSelections(context: Context): Selections {
           return;
         }
         if (selections.length === 1) opened.add(selections[0]!.selection);
-        fill(host, h("h2", { class: "hidden-heading" }, "Selections"), selections.map(section));
+        fill(host, h("h2.hidden-heading", "Selections"), selections.map(section));
         const at = selections.findIndex((row) => row.selection === changed);
         if (at >= 0) host.querySelectorAll<HTMLElement>(".kept-selection > summary")[at]?.focus();
         changed = "";

@@ -61,47 +61,43 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   const player = makePlayer(context.stage, { label: "The comparison" });
   const curves = makeCurves();
-  const list = h("ol", { class: "plain compare-parts", "aria-label": "Compared parts" });
-  const timelineBox = h("div", {});
+  const list = h("ol.plain.compare-parts", { "aria-label": "Compared parts" });
+  const timelineBox = h("div");
   const fault = h("div", { "aria-live": "polite" });
   const at = h(
-    "select",
-    { class: "field", id: "compare-at", on: { change: () => change({ at: at.value as Moment }) } },
+    "select.field",
+    { id: "compare-at", on: { change: () => change({ at: at.value as Moment }) } },
     MOMENTS.map((value) => h("option", { value }, SAID[value])),
   );
   const ground = h(
-    "select",
+    "select.field",
     {
-      class: "field",
       id: "compare-ground",
       on: { change: () => change({ overlaid: ground.value === "one" }) },
     },
     h("option", { value: "" }, "side by side"),
     h("option", { value: "one" }, "overlaid on one spot"),
   );
-  const note = h("p", { class: "small muted", "aria-live": "polite" });
+  const note = h("p.small.muted", { "aria-live": "polite" });
   const body = h(
-    "div",
-    { class: "compare-body" },
+    "div.compare-body",
     h(
-      "div",
-      { class: "compare-left" },
+      "div.compare-left",
       list,
       h(
-        "div",
-        { class: "form-grid" },
+        "div.form-grid",
         h("label", { for: "compare-at" }, "Same moment"),
         at,
         h("label", { for: "compare-ground" }, "Figures"),
         ground,
       ),
       note,
-      h("p", { class: "small muted" }, "To add another, select an answer of a search and press Compare."),
+      h("p.small.muted", "To add another, select an answer of a search and press Compare."),
     ),
-    h("div", { class: "compare-right" }, fault, player.element, timelineBox, curves.element),
+    h("div.compare-right", fault, player.element, timelineBox, curves.element),
   );
-  const empty = h("div", {});
-  fill(host, h("h1", { class: "hidden-heading" }, "Compare"), empty, body);
+  const empty = h("div");
+  fill(host, h("h1.hidden-heading", "Compare"), empty, body);
 
   player.onTime((time) => {
     timeline?.setTime(time);
@@ -128,13 +124,10 @@ export function open(host: HTMLElement, context: Context): OpenView {
     const remove = (): void => change({ parts: wanted.parts.filter((_, k) => k !== i) });
     return h(
       "li",
-      {},
-      h("span", { class: "swatch", style: { background: css(i) } }),
-      h("b", {}, i + 1),
-      catalogued
-        ? h("a", { class: "capture-name", href: address }, name)
-        : h("span", { class: "capture-name" }, name),
-      h("span", { class: "time muted" }, interval(part.start, part.end)),
+      h("span.swatch", { style: { background: css(i) } }),
+      h("b", i + 1),
+      catalogued ? h("a.capture-name", { href: address }, name) : h("span.capture-name", name),
+      h("span.time.muted", interval(part.start, part.end)),
       button("tool", icon("close"), remove, { "aria-label": `Remove ${name} from the comparison` }),
     );
   }

@@ -23,14 +23,14 @@ const LEAST = 0.2;
 const centimetres = (metres: number): string => `${Math.round(metres * 100)} cm`;
 
 export function makeCurves(): Curves {
-  const element = h("div", { class: "compare-curves" });
-  const cursor = svg("line", { class: "compare-cursor", y1: 0, y2: HEIGHT });
-  const now = h("ul", { class: "plain small compare-now" });
+  const element = h("div.compare-curves");
+  const cursor = svg("line.compare-cursor", { y1: 0, y2: HEIGHT });
+  const now = h("ul.plain.small.compare-now");
   let shown: readonly Curve[] = [];
   let points: readonly string[] = [];
 
   function said({ figure, colour, difference: { times, mean, worst } }: Curve, time: number): HTMLElement {
-    const swatch = h("span", { class: "swatch", style: { background: colour } });
+    const swatch = h("span.swatch", { style: { background: colour } });
     const [first, last] = [times[0], times.at(-1)];
     const covered = first !== undefined && time >= first - 0.05 && time <= last! + 0.05;
     const n = covered
@@ -43,7 +43,7 @@ export function makeCurves(): Curves {
     const whole = mean.length
       ? `, ${centimetres(mean.reduce((a, b) => a + b, 0) / mean.length)} on average`
       : "";
-    return h("li", {}, swatch, h("b", {}, `${figure} and 1`), `: ${here}${whole}`);
+    return h("li", swatch, h("b", `${figure} and 1`), `: ${here}${whole}`);
   }
 
   function setTime(time: number): void {
@@ -63,8 +63,7 @@ export function makeCurves(): Curves {
       if (curves.length === 0) return element.replaceChildren();
       const most = Math.max(LEAST, ...curves.flatMap((one) => one.difference.mean));
       const lines = curves.map(({ colour, difference: { times, mean } }) =>
-        svg("polyline", {
-          class: "compare-curve",
+        svg("polyline.compare-curve", {
           stroke: colour,
           points: times
             .map((t, i) => `${t.toFixed(3)},${(HEIGHT * (1 - mean[i]! / most)).toFixed(2)}`)
@@ -73,16 +72,14 @@ export function makeCurves(): Curves {
       );
       fill(
         element,
-        h("h3", {}, "Difference of the poses"),
+        h("h3", "Difference of the poses"),
         h(
-          "p",
-          { class: "small muted" },
+          "p.small.muted",
           "Mean distance of the joints, at the same moment, with the pelvis on one spot and facing the same way.",
         ),
         h(
-          "div",
-          { class: "compare-plot" },
-          h("span", { class: "compare-most" }, centimetres(most)),
+          "div.compare-plot",
+          h("span.compare-most", centimetres(most)),
           svg(
             "svg",
             { viewBox: `0 0 ${duration} ${HEIGHT}`, preserveAspectRatio: "none", "aria-hidden": "true" },

@@ -25,41 +25,37 @@ export function open(host: HTMLElement, context: Context): OpenView {
   let running = 0;
   const chosen: Chosen = { at: 0, focus: false };
 
-  const box = h("input", {
+  const box = h("input.question-box", {
     id: "sentence",
-    class: "question-box",
     placeholder: "a person walks then kicks",
     autocomplete: "off",
     "aria-label": "What the person does",
   });
-  const seed = h("input", { type: "number", class: "number", id: "seed", min: 0, step: 1, value: 0 });
+  const seed = h("input.number", { type: "number", id: "seed", min: 0, step: 1, value: 0 });
   const count = h(
-    "select",
+    "select.field",
     {
-      class: "field",
       id: "variants",
       on: { change: () => asked && box.value.trim() && form.requestSubmit() }, // as "Next seed" does
     },
     [1, 2, 3, 4, 6, 8].map((one) => h("option", { value: one }, one)),
   );
   const method = h(
-    "select",
-    { class: "field", id: "method" },
+    "select.field",
+    { id: "method" },
     METHODS.map(([value, label]) => h("option", { value }, label)),
   );
   const exact = h("input", { type: "checkbox", id: "exact" });
   const understood = h("div", { "aria-live": "polite" });
-  const results = h("section", { class: "answers", "aria-label": "Generated motion" });
+  const results = h("section.answers", { "aria-label": "Generated motion" });
   const sync = button("plain", "Play together", () => void together(), {
     title: "Start all variants at the same moment",
   });
   const form = h(
-    "form",
-    { class: "search-form" },
-    h("div", { class: "search-line" }, box, h("button", { class: "button", type: "submit" }, "Generate")),
+    "form.search-form",
+    h("div.search-line", box, h("button.button", { type: "submit" }, "Generate")),
     h(
-      "div",
-      { class: "row settings" },
+      "div.row.settings",
       h("label", { for: "seed" }, "Seed"),
       seed,
       button(
@@ -75,16 +71,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
       count,
       h("label", { for: "method" }, "Method"),
       method,
-      h(
-        "label",
-        { class: "check", title: "Do not replace unknown words by known ones" },
-        exact,
-        "Only known words",
-      ),
+      h("label.check", { title: "Do not replace unknown words by known ones" }, exact, "Only known words"),
       sync,
     ),
   );
-  fill(host, h("h1", { class: "hidden-heading" }, "Generate"), form, understood, results);
+  fill(host, h("h1.hidden-heading", "Generate"), form, understood, results);
 
   form.addEventListener("submit", (event) => {
     event.preventDefault();
@@ -129,8 +120,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     fill(
       results,
       h(
-        "div",
-        { class: "answer-grid wide" },
+        "div.answer-grid.wide",
         variants.map((one) => one.element),
       ),
     );
@@ -144,7 +134,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     understood.replaceChildren();
     fill(
       results,
-      h("p", { class: "muted", role: "status" }, "Making motion…"),
+      h("p.muted", { role: "status" }, "Making motion…"),
       h("progress", { "aria-label": "Making motion" }),
     );
     try {
@@ -223,9 +213,9 @@ export function open(host: HTMLElement, context: Context): OpenView {
     const { questions } = await offeredQuestions(context).catch(() => ({ questions: [] }));
     if (!state?.isConnected || questions.length === 0) return;
     const offered = questions.map((q) =>
-      h("a", { class: "button plain", href: routeTo("generate", { q, seed: 0 }) }, q),
+      h("a.button.plain", { href: routeTo("generate", { q, seed: 0 }) }, q),
     );
-    state.append(h("div", { class: "row" }, offered));
+    state.append(h("div.row", offered));
   }
 
   return {

@@ -33,7 +33,7 @@ export function chanceText(logProbability: number | null): string {
 }
 
 export function makeCorners(context: Context, choose: (sequence: SequenceReply) => void): Corners {
-  const element = h("div", { class: "corners" });
+  const element = h("div.corners");
   let clips: Clip[] = [];
   let ribbons: Ribbon[] = [];
 
@@ -68,26 +68,15 @@ export function makeCorners(context: Context, choose: (sequence: SequenceReply) 
     return h(
       "article",
       { class: playable ? "corner" : "corner not-playable", "aria-label": `Alternative ${number}: ${text}` },
-      h(
-        "header",
-        { class: "corner-head", title: text },
-        h("b", { class: "corner-number" }, number),
-        letters(one.region, colours),
-      ),
+      h("header.corner-head", { title: text }, h("b.corner-number", number), letters(one.region, colours)),
       playable
         ? player(playable, `Alternative ${number}: ${text}`, colours)
-        : h(
-            "p",
-            { class: "corner-reason" },
-            "Cannot be played: ",
-            "not_playable" in one ? one.not_playable : "",
-          ),
+        : h("p.corner-reason", "Cannot be played: ", "not_playable" in one ? one.not_playable : ""),
       h(
-        "footer",
-        { class: "corner-foot" },
+        "footer.corner-foot",
         h(
-          "span",
-          { class: "muted time", title: "How often the grammar makes this string here" },
+          "span.muted.time",
+          { title: "How often the grammar makes this string here" },
           `chance ${chanceText(one.log_probability)}`,
         ),
         playable
@@ -112,7 +101,7 @@ export function makeCorners(context: Context, choose: (sequence: SequenceReply) 
     },
     say(text) {
       clear();
-      if (text) fill(element, h("p", { class: "corners-message" }, text));
+      if (text) fill(element, h("p.corners-message", text));
     },
     wait: () => void (element.inert = true),
     close: clear,

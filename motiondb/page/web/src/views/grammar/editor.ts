@@ -58,18 +58,17 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
       route.region(selection, treeShown);
     },
   });
-  const said = h("p", { class: "visually-hidden", role: "status", "aria-label": "Chosen region" });
-  const panel = h("div", {});
-  const made = h("div", { class: "made-facts" });
-  const ground = h("div", { class: "strip-box", tabindex: -1 }, tree.element, strip.element);
+  const said = h("p.visually-hidden", { role: "status", "aria-label": "Chosen region" });
+  const panel = h("div");
+  const made = h("div.made-facts");
+  const ground = h("div.strip-box", { tabindex: -1 }, tree.element, strip.element);
   const body = h(
-    "div",
-    { class: "editor-body" },
-    h("div", { class: "editor-left" }, scene.element, ground),
-    h("aside", { class: "editor-side", "aria-label": "Path and region" }, plan.element, panel, made),
+    "div.editor-body",
+    h("div.editor-left", scene.element, ground),
+    h("aside.editor-side", { "aria-label": "Path and region" }, plan.element, panel, made),
   );
-  const fault = h("div", {});
-  const element = h("section", { class: "editor", "aria-label": "Sequence" }, bar.element, fault, body, said);
+  const fault = h("div");
+  const element = h("section.editor", { "aria-label": "Sequence" }, bar.element, fault, body, said);
   scene.player.onTime((time) => {
     strip.setTime(time);
     plan.setTime(time);

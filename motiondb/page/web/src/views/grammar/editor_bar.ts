@@ -28,8 +28,8 @@ export interface BarActions {
 export function makeEditorBar(context: Context, actions: BarActions): EditorBar {
   let sequence: SequenceReply | null = null;
   let shown = false;
-  const title = h("h2", {});
-  const saved = h("span", { class: "small" });
+  const title = h("h2");
+  const saved = h("span.small");
   const undo = button("plain", [icon("undo"), "Undo"], actions.undo, { title: "Undo this edit (Ctrl Z)" });
   const redo = button("plain", [icon("redo"), "Redo"], actions.redo, { title: "Redo the edit (Ctrl Y)" });
   const tree = button("plain", "Parse tree", () => actions.showTree(!shown), {
@@ -40,8 +40,8 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
     if (sequence) download([{ ref: sequence.ref }], format).catch(context.fail);
   };
   const files = (["bvh", "glb"] as const).map((format) => downloadButton(format, save));
-  const tools = h("div", { class: "row" }, undo, redo, tree, keep, files, saved);
-  const element = h("div", { class: "row editor-bar" }, title, tools);
+  const tools = h("div.row", undo, redo, tree, keep, files, saved);
+  const element = h("div.row.editor-bar", title, tools);
 
   function showSaved(name: string | null): void {
     fill(saved, name ? ["kept as ", h("a", { href: routeTo("catalogue", { capture: name }) }, name)] : null);
@@ -85,11 +85,9 @@ export function madeFacts(sequence: SequenceReply): HTMLElement {
     metres === null ? "not known" : `${(100 * metres).toFixed(1)} cm/s`;
   return h(
     "div",
-    {},
-    h("p", { class: "small" }, `${sequence.says[0]?.toUpperCase() ?? ""}${sequence.says.slice(1)}.`),
+    h("p.small", `${sequence.says[0]?.toUpperCase() ?? ""}${sequence.says.slice(1)}.`),
     h(
-      "p",
-      { class: "muted small" },
+      "p.muted.small",
       `Seed ${sequence.seed}. Roughness of the seams ${cost(sequence.join_cost)} (0: none). Feet slip ${speed(sequence.foot_slip)}, in the sources ${speed(sequence.foot_slip_of_sources)}.`,
     ),
     sourceList(sequence.sources),

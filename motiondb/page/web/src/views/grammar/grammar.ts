@@ -22,17 +22,12 @@ export function open(host: HTMLElement, context: Context): OpenView {
   let learning = "";
 
   const job = h("div", { "aria-live": "polite" });
-  const list = h("div", {});
-  const one = h("div", { class: "grammar-one", hidden: true });
-  const heading = h("div", { class: "row grammar-head" });
+  const list = h("div");
+  const one = h("div.grammar-one", { hidden: true });
+  const heading = h("div.row.grammar-head");
   const making = h("div", { "aria-live": "polite" });
   const panel = makeFacts(context);
-  const rules = h(
-    "details",
-    { class: "grammar-rest" },
-    h("summary", {}, "Rules and terminals"),
-    panel.element,
-  );
+  const rules = h("details.grammar-rest", h("summary", "Rules and terminals"), panel.element);
   const maker = makeMaker((wish) => void make(wish));
   const editor = makeEditor(context, {
     sequence: (id) => go(addressOf({ ...route, sequence: id, selection: null })),
@@ -41,7 +36,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       rewrite(addressOf(route));
     },
   });
-  fill(host, h("h1", { class: "hidden-heading" }, "Grammars"), job, list, one);
+  fill(host, h("h1.hidden-heading", "Grammars"), job, list, one);
   fill(one, heading, maker.element, making, editor.element, rules);
 
   function learn(): void {
@@ -85,12 +80,12 @@ export function open(host: HTMLElement, context: Context): OpenView {
     fill(
       heading,
       h("a", { href: routeTo("grammar") }, "Grammars"),
-      h("span", { class: "muted", "aria-hidden": "true" }, "/"),
-      h("h2", {}, known.grammar),
-      h("span", { class: "muted small" }, summaryOf(known)),
+      h("span.muted", { "aria-hidden": "true" }, "/"),
+      h("h2", known.grammar),
+      h("span.muted.small", summaryOf(known)),
       context.status().read_only
         ? null
-        : h("button", { class: "link danger small", type: "button", on: { click: remove } }, "Remove…"),
+        : h("button.link.danger.small", { type: "button", on: { click: remove } }, "Remove…"),
     );
   }
 

@@ -21,10 +21,9 @@ interface Picker {
 /** A list of captures with boxes; what is chosen stays chosen while the list is filtered. */
 function capturePicker(change: () => void): Picker {
   const chosen = new Map<string, number>();
-  const list = h("ul", { class: "plain capture-picker", "aria-label": "Captures, the longest first" });
-  const note = h("p", { class: "muted small", role: "status" });
-  const filter = h("input", {
-    class: "field wide",
+  const list = h("ul.plain.capture-picker", { "aria-label": "Captures, the longest first" });
+  const note = h("p.muted.small", { role: "status" });
+  const filter = h("input.field.wide", {
     id: "grammar-where",
     placeholder: "performer=ana and action=dance",
     autocomplete: "off",
@@ -53,14 +52,12 @@ function capturePicker(change: () => void): Picker {
     const words = capture.words.map((one) => one.words).join(", ");
     return h(
       "li",
-      {},
       h(
-        "label",
-        { class: "check" },
+        "label.check",
         box,
-        h("span", { class: "pick-name" }, capture.name),
-        h("span", { class: "muted time" }, seconds(capture.duration)),
-        h("span", { class: "muted pick-words" }, words),
+        h("span.pick-name", capture.name),
+        h("span.muted.time", seconds(capture.duration)),
+        h("span.muted.pick-words", words),
       ),
     );
   }
@@ -84,11 +81,7 @@ function capturePicker(change: () => void): Picker {
         list,
         rows.map(row),
         total > captures.length
-          ? h(
-              "li",
-              { class: "muted small" },
-              `${plural(total - captures.length, "more capture")}: filter to see them`,
-            )
+          ? h("li.muted.small", `${plural(total - captures.length, "more capture")}: filter to see them`)
           : null,
       );
       tell();
@@ -102,9 +95,8 @@ function capturePicker(change: () => void): Picker {
   void load();
   const element = h(
     "fieldset",
-    {},
-    h("legend", {}, "Captures"),
-    h("label", { for: "grammar-where", class: "small" }, "Filter"),
+    h("legend", "Captures"),
+    h("label.small", { for: "grammar-where" }, "Filter"),
     filter,
     list,
     note,
@@ -120,29 +112,26 @@ interface Settings {
 function settings(learned: boolean): Settings {
   const label = (id: string, text: string): HTMLElement => h("label", { for: id }, text);
   const number = (id: string, value: number | null): HTMLInputElement =>
-    h("input", {
+    h("input.number", {
       id,
-      class: "number",
       type: "number",
       min: 1,
       max: 1000,
       step: 1,
       ...(value === null ? { placeholder: "default" } : { value }),
     });
-  const name = h("input", { id: "grammar-name", class: "field", maxlength: 200, autocomplete: "off" });
+  const name = h("input.field", { id: "grammar-name", maxlength: 200, autocomplete: "off" });
   const kind = h(
-    "select",
+    "select.field",
     {
       id: "grammar-terminals",
-      class: "field",
       on: { change: () => void (count.hidden = kind.value !== "count") },
     },
     h("option", { value: "default" }, "default number"),
     h("option", { value: "count" }, "this number:"),
     h("option", { value: "symbols", disabled: !learned }, "the motion symbols"),
   );
-  const count = h("input", {
-    class: "number",
+  const count = h("input.number", {
     type: "number",
     min: 1,
     max: 1000,
@@ -152,21 +141,21 @@ function settings(learned: boolean): Settings {
     "aria-label": "Number of terminals",
   });
   const sentences = h(
-    "select",
-    { id: "grammar-sentences", class: "field" },
+    "select.field",
+    { id: "grammar-sentences" },
     h("option", { value: "auto" }, "found in the strings"),
     h("option", { value: "captions" }, "between captions"),
     h("option", { value: "captures" }, "one for each capture"),
   );
   const shortest = number("grammar-shortest", 3);
   const longest = number("grammar-longest", 20);
-  const seed = h("input", { id: "grammar-seed", class: "number", type: "number", min: 0, step: 1, value: 0 });
+  const seed = h("input.number", { id: "grammar-seed", type: "number", min: 0, step: 1, value: 0 });
   return {
     rows: [
       label("grammar-name", "Name"),
       name,
       label("grammar-terminals", "Terminals"),
-      h("span", { class: "row" }, kind, count),
+      h("span.row", kind, count),
       label("grammar-sentences", "Sentences"),
       sentences,
       label("grammar-shortest", "Shortest sentence"),
@@ -190,24 +179,21 @@ function settings(learned: boolean): Settings {
 
 /** Ask for captures and settings, then start the job. */
 export function openGrammarLearning(context: Context, started: (job: JobReply) => void): void {
-  const submit = h("button", { class: "button", type: "submit", disabled: true }, "Learn");
+  const submit = h("button.button", { type: "submit", disabled: true }, "Learn");
   const picker = capturePicker(() => void (submit.disabled = picker.chosen.size === 0));
   const chosen = settings(context.status().learned);
-  const fault = h("p", { class: "bad small", role: "alert" });
+  const fault = h("p.bad.small", { role: "alert" });
   const form = h(
-    "form",
-    { class: "grammar-learning" },
+    "form.grammar-learning",
     h(
-      "p",
-      { class: "muted" },
+      "p.muted",
       "A few minutes of one activity give the best rules. A grammar of the same name is replaced.",
     ),
     picker.element,
-    h("div", { class: "form-grid" }, chosen.rows),
+    h("div.form-grid", chosen.rows),
     fault,
     h(
-      "div",
-      { class: "row end" },
+      "div.row.end",
       button("plain", "Cancel", () => dialog.close()),
       submit,
     ),

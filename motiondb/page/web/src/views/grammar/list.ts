@@ -27,35 +27,29 @@ const COLUMNS: readonly [string, (row: ListedGrammar) => string][] = [
 
 function tableOf(rows: readonly ListedGrammar[]): HTMLElement {
   return h(
-    "div",
-    { class: "grammar-table" },
+    "div.grammar-table",
     h(
       "table",
-      {},
-      h("caption", { class: "visually-hidden" }, "Grammars of this database"),
+      h("caption.visually-hidden", "Grammars of this database"),
       h(
         "thead",
-        {},
         h(
           "tr",
-          {},
           h("th", { scope: "col" }, "grammar"),
           COLUMNS.map(([title]) => h("th", { scope: "col" }, title)),
         ),
       ),
       h(
         "tbody",
-        {},
         rows.map((row) =>
           h(
             "tr",
-            {},
             h(
               "th",
               { scope: "row" },
               h("a", { href: routeTo("grammar", { name: row.grammar }) }, row.grammar),
             ),
-            COLUMNS.map(([, text]) => h("td", {}, text(row))),
+            COLUMNS.map(([, text]) => h("td", text(row))),
           ),
         ),
       ),
@@ -81,22 +75,16 @@ export function grammarList(
 ): HTMLElement | null {
   if (rows.length === 0) return nothingYet(context, learn);
   return h(
-    "div",
-    { class: "grammar-list" },
+    "div.grammar-list",
     h(
-      "div",
-      { class: "row" },
-      h("p", { class: "summary" }, "Grammars of long takes. Choose one to make sequences with it."),
+      "div.row",
+      h("p.summary", "Grammars of long takes. Choose one to make sequences with it."),
       context.status().read_only ? null : button("main", "Learn a grammar…", learn),
     ),
     tableOf(rows),
     context.status().learned
       ? null
-      : h(
-          "p",
-          { class: "muted small" },
-          "This database has not learned words, so the terminals have letters only.",
-        ),
+      : h("p.muted.small", "This database has not learned words, so the terminals have letters only."),
   );
 }
 
@@ -116,9 +104,8 @@ export function jobState(host: HTMLElement, context: Context): void {
   fill(
     host,
     h(
-      "div",
-      { class: "grammar-job" },
-      h("b", {}, job.title),
+      "div.grammar-job",
+      h("b", job.title),
       progressBar(job.state === "waiting" ? null : job.share, stepOf(job)),
       button("plain", "Cancel", cancel),
     ),

@@ -11,31 +11,28 @@ export interface Maker {
 }
 
 export function makeMaker(make: (wish: Wish) => void): Maker {
-  const seed = h("input", {
+  const seed = h("input.number", {
     id: "sequence-seed",
-    class: "number",
     type: "number",
     min: 0,
     step: 1,
     value: 0,
   });
-  const length = h("input", {
+  const length = h("input.number", {
     id: "sequence-length",
-    class: "number",
     type: "number",
     min: 1,
     max: 200,
     step: 1,
     placeholder: "any",
   });
-  const like = h("input", {
+  const like = h("input.field", {
     id: "sequence-like",
-    class: "field",
     placeholder: "a ... catch ? b",
     autocomplete: "off",
     title: "Terminals and words in their order, ? for any one terminal, ... for any number of them",
   });
-  const submit = h("button", { class: "button", type: "submit" }, "Make a sequence");
+  const submit = h("button.button", { type: "submit" }, "Make a sequence");
   const next = button(
     "plain",
     "Next seed",
@@ -46,11 +43,10 @@ export function makeMaker(make: (wish: Wish) => void): Maker {
     { title: "Make a sequence with the next seed" },
   );
   const element = h(
-    "form",
-    { class: "row settings maker" },
-    h("span", { class: "maker-field" }, h("label", { for: "sequence-seed" }, "Seed"), seed),
-    h("span", { class: "maker-field" }, h("label", { for: "sequence-length" }, "Terminals"), length),
-    h("span", { class: "maker-field" }, h("label", { for: "sequence-like" }, "Like"), like),
+    "form.row.settings.maker",
+    h("span.maker-field", h("label", { for: "sequence-seed" }, "Seed"), seed),
+    h("span.maker-field", h("label", { for: "sequence-length" }, "Terminals"), length),
+    h("span.maker-field", h("label", { for: "sequence-like" }, "Like"), like),
     submit,
     next,
   );

@@ -46,9 +46,9 @@ function barLength(scale: number): number {
 }
 
 export function makePlan(choose: (at: number) => void): Plan {
-  const element = h("div", { class: "plan" });
-  const region = svg("g", { class: "plan-region" });
-  const here = svg("circle", { class: "plan-here", r: 5 });
+  const element = h("div.plan");
+  const region = svg("g.plan-region");
+  const here = svg("circle.plan-here", { r: 5 });
   let shown: SequenceReply | null = null;
   let view: View | null = null;
 
@@ -66,8 +66,7 @@ export function makePlan(choose: (at: number) => void): Plan {
     const metres = barLength(scale);
     const [right, bottom] = [SIZE.width - 8, SIZE.height - 8];
     return svg(
-      "g",
-      { class: "plan-scale" },
+      "g.plan-scale",
       svg("path", { d: `M${right - metres * scale} ${bottom}H${right}` }),
       svg("text", { x: right, y: bottom - 5 }, `${metres} m`),
     );
@@ -86,7 +85,7 @@ export function makePlan(choose: (at: number) => void): Plan {
             stroke: colours.of(item.terminal).strong,
             on: { click: () => choose(item.at) },
           },
-          svg("title", {}, [item.terminal, ...item.words].join(" ")),
+          svg("title", [item.terminal, ...item.words].join(" ")),
         ),
       );
       const [x, y] = view.place(sequence.path.points[0] ?? [0, 0]);
@@ -101,8 +100,8 @@ export function makePlan(choose: (at: number) => void): Plan {
             "aria-label": "Path of the root on the ground, from above",
           },
           region,
-          svg("g", { class: "plan-path" }, lines),
-          svg("circle", { class: "plan-start", cx: x, cy: y, r: 3.5 }),
+          svg("g.plan-path", lines),
+          svg("circle.plan-start", { cx: x, cy: y, r: 3.5 }),
           here,
           scaleBar(view.scale),
         ),

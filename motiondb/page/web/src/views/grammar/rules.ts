@@ -19,12 +19,12 @@ function rulesOf(facts: GrammarReply, colours: TerminalColours): HTMLElement {
   const names = new Set(facts.terminals.map((one) => one.terminal));
   const parts = facts.text_with_loops.split(/(\s+|[()|])/);
   return h(
-    "pre",
-    { class: "grammar-rules", tabindex: 0, "aria-label": "Rules" },
+    "pre.grammar-rules",
+    { tabindex: 0, "aria-label": "Rules" },
     parts.map((part) => {
       const name = part.replace(/[+*]$/, "");
       if (!names.has(name)) return part;
-      const letter = h("span", { class: "letter", style: { background: colours.of(name).soft } }, name);
+      const letter = h("span.letter", { style: { background: colours.of(name).soft } }, name);
       return [letter, part.slice(name.length)];
     }),
   );
@@ -48,16 +48,15 @@ export function askTerminalName(context: Context, facts: GrammarReply, terminal:
 }
 
 export function makeRules(context: Context): RulesPanel {
-  const element = h("div", {});
+  const element = h("div");
   let facts: GrammarReply | null = null;
   let editing = false;
 
   function edit(): void {
     const edited = facts!;
     editing = true;
-    const fault = h("p", { class: "bad small", role: "alert" });
-    const area = h("textarea", {
-      class: "field wide grammar-text",
+    const fault = h("p.bad.small", { role: "alert" });
+    const area = h("textarea.field.wide.grammar-text", {
       rows: Math.min(edited.text.split("\n").length + 3, 20),
       "aria-label": "Rules as text",
       spellcheck: false,
@@ -83,14 +82,12 @@ export function makeRules(context: Context): RulesPanel {
       element,
       area,
       h(
-        "p",
-        { class: "muted small" },
+        "p.muted.small",
         "One nonterminal a line, alternatives divided by |, a probability as [0.5], empty for nothing. The rules must still derive every sentence of the captures.",
       ),
       fault,
       h(
-        "div",
-        { class: "row" },
+        "div.row",
         button("main", "Save the rules", () => void save()),
         button("plain", "Cancel", leave),
       ),
@@ -118,11 +115,10 @@ export function makeRules(context: Context): RulesPanel {
       context.status().read_only
         ? null
         : h(
-            "div",
-            { class: "row" },
+            "div.row",
             button("plain", "Edit the rules…", edit),
             last ? button("plain", `Undo: ${last}`, undo) : null,
-            last ? h("span", { class: "muted small" }, "Edited by hand since it was learned.") : null,
+            last ? h("span.muted.small", "Edited by hand since it was learned.") : null,
           ),
     );
   }

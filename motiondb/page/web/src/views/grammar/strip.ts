@@ -26,11 +26,11 @@ function nameOf(item: WordedTerminal): string {
 }
 
 export function makeStrip(choose: (at: number) => void): Strip {
-  const list = h("div", { class: "strip-list", role: "listbox", "aria-label": "Terminals of the sequence" });
-  const marker = h("div", { class: "strip-region", hidden: true });
-  const changed = h("div", { class: "strip-edited", hidden: true, title: "Changed by the last edit" });
-  const cursor = h("div", { class: "strip-cursor" });
-  const element = h("div", { class: "strip" }, list, changed, marker, cursor);
+  const list = h("div.strip-list", { role: "listbox", "aria-label": "Terminals of the sequence" });
+  const marker = h("div.strip-region", { hidden: true });
+  const changed = h("div.strip-edited", { hidden: true, title: "Changed by the last edit" });
+  const cursor = h("div.strip-cursor");
+  const element = h("div.strip", list, changed, marker, cursor);
   let items: HTMLElement[] = [];
   let sequence: SequenceReply | null = null;
   let layout: StripLayout = { lefts: [], widths: [] };
@@ -44,9 +44,8 @@ export function makeStrip(choose: (at: number) => void): Strip {
 
   function option(item: WordedTerminal, colours: TerminalColours): HTMLElement {
     return h(
-      "div",
+      "div.strip-item",
       {
-        class: "strip-item",
         role: "option",
         tabindex: -1,
         "aria-selected": "false",
@@ -60,9 +59,9 @@ export function makeStrip(choose: (at: number) => void): Strip {
         },
         on: { click: () => choose(item.at) },
       },
-      h("b", {}, item.terminal),
+      h("b", item.terminal),
       " ",
-      h("span", { class: "strip-words" }, item.words.join(" ")),
+      h("span.strip-words", item.words.join(" ")),
     );
   }
 

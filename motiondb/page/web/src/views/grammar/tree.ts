@@ -19,8 +19,7 @@ export interface ParseTree {
 const ROW = 22;
 
 export function makeParseTree(choose: (node: number) => void): ParseTree {
-  const element = h("div", {
-    class: "parse-tree",
+  const element = h("div.parse-tree", {
     role: "tree",
     "aria-label": "Parse tree. Arrow keys walk over it, Enter chooses a region",
   });
@@ -82,7 +81,7 @@ export function makeParseTree(choose: (node: number) => void): ParseTree {
           },
         },
       },
-      h("span", { class: "tree-symbol" }, symbol),
+      h("span.tree-symbol", symbol),
     );
   }
 
@@ -102,8 +101,7 @@ export function makeParseTree(choose: (node: number) => void): ParseTree {
         }
         const [left, width] = placeOf(layout, node.start, node.end);
         leaves.push(
-          h("div", {
-            class: "tree-leaf",
+          h("div.tree-leaf", {
             role: "presentation",
             style: {
               left: `${100 * left}%`,

@@ -41,16 +41,15 @@ export function makeExample(
   selected: (part: Interval | null) => void,
   leave: () => void,
 ): Example {
-  const title = h("h2", {});
+  const title = h("h2");
   const take = makeTake(context, { label: "Example", onSelect: (part) => ready && selected(part) });
   let ready = false;
   let shown = "";
   const element = h(
-    "section",
-    { class: "example", "aria-label": "Example" },
+    "section.example",
+    { "aria-label": "Example" },
     h(
-      "div",
-      { class: "details-head" },
+      "div.details-head",
       title,
       button("tool", icon("close"), leave, { "aria-label": "Remove the example" }),
     ),

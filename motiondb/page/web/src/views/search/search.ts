@@ -59,15 +59,14 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   const selection = makeSelection(context);
   const answers = makeAnswers(context, selection);
-  const where = h("input", {
-    class: "field",
+  const where = h("input.field", {
     id: "search-where",
     placeholder: "performer = ana",
     spellcheck: false,
   });
   const limit = h(
-    "select",
-    { class: "field", id: "search-limit" },
+    "select.field",
+    { id: "search-limit" },
     ["5", "10", "20", "50"].map((one) => h("option", { value: one }, one)),
   );
   const exact = h("input", { type: "checkbox", id: "search-exact" });
@@ -78,51 +77,41 @@ export function open(host: HTMLElement, context: Context): OpenView {
     form.requestSubmit();
   });
   const understood = h("div", { "aria-live": "polite" });
-  const waiting = h("p", { class: "muted", role: "status" });
-  const exampleBox = h("div", { class: "example-box" });
+  const waiting = h("p.muted", { role: "status" });
+  const exampleBox = h("div.example-box");
   const more = h(
-    "details",
-    { class: "search-more" },
-    h("summary", {}, "Options"),
+    "details.search-more",
+    h("summary", "Options"),
     h(
-      "div",
-      { class: "search-options" },
+      "div.search-options",
       h(
-        "div",
-        { class: "form-grid" },
+        "div.form-grid",
         h("label", { for: "search-where" }, "Among captures where"),
         where,
         h("label", { for: "search-limit" }, "Answers"),
         limit,
         h("label", { for: "search-exact" }, "Only known words"),
-        h(
-          "label",
-          { class: "check" },
-          exact,
-          h("span", { class: "muted small" }, "do not replace unknown words by known ones"),
-        ),
+        h("label.check", exact, h("span.muted.small", "do not replace unknown words by known ones")),
         h("label", { for: "search-symbols" }, "By movements"),
         h(
-          "label",
-          { class: "check" },
+          "label.check",
           symbols,
           h(
-            "span",
-            { class: "muted small" },
+            "span.muted.small",
             "turn the words into the movements that they usually mean, and search for these",
           ),
         ),
       ),
-      h("div", {}, h("label", { for: "search-path" }, "Along a path"), path.element),
-      h("div", {}, h("label", { for: "search-rhythm" }, "In a rhythm"), rhythm.element),
+      h("div", h("label", { for: "search-path" }, "Along a path"), path.element),
+      h("div", h("label", { for: "search-rhythm" }, "In a rhythm"), rhythm.element),
     ),
-    h("button", { class: "button plain", type: "submit" }, "Search again"),
+    h("button.button.plain", { type: "submit" }, "Search again"),
   );
-  const form = h("form", { class: "search-form" }, more);
+  const form = h("form.search-form", more);
   fill(
     host,
-    h("h1", { class: "hidden-heading" }, "Search"),
-    h("div", { class: "search-head" }, understood, form),
+    h("h1.hidden-heading", "Search"),
+    h("div.search-head", understood, form),
     waiting,
     exampleBox,
     answers.element,
@@ -195,7 +184,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
         const asked = { [beside.parameter]: wanted[kind!], words: wanted.q, ...rest };
         const answer = await get<LikeReply>(beside.route, asked, signal);
         const read = wanted.q ? `Read as: ${answer.read_as}; ` : "Answers are ";
-        fill(understood, h("p", { class: "small muted" }, `${read}${beside.said}`));
+        fill(understood, h("p.small.muted", `${read}${beside.said}`));
         answers.show(answer, wanted.where !== "");
       } else if (wanted.q) {
         const answer = await get<SearchReply>(...wordsQuery(new URLSearchParams({ ...wanted })), signal);
@@ -217,7 +206,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
           { ref: wanted.like, start: wanted.start, end: wanted.end, ...rest },
           signal,
         );
-        fill(understood, answer.unchecked ? h("p", { class: "small muted" }, answer.unchecked) : null);
+        fill(understood, answer.unchecked ? h("p.small.muted", answer.unchecked) : null);
         answers.show(answer, wanted.where !== "");
       }
     } catch (fault) {

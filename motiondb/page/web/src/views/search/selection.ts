@@ -24,8 +24,8 @@ export function makeSelection(context: Context): Selection {
   const whole = h("input", { type: "checkbox", id: "whole-takes" });
   const compareButton = button("main", "Compare", () => compare());
   const element = h(
-    "div",
-    { class: "selection-bar", role: "region", "aria-label": "Selected answers", hidden: true },
+    "div.selection-bar",
+    { role: "region", "aria-label": "Selected answers", hidden: true },
     count,
     compareButton,
     context.status().read_only
@@ -34,7 +34,7 @@ export function makeSelection(context: Context): Selection {
           askSelection(context, items(), plural(chosen.size, "answer")),
         ),
     downloadButtons(context.status().writes, (format) => void save(format), false),
-    h("label", { class: "check", for: "whole-takes" }, whole, "whole takes"),
+    h("label.check", { for: "whole-takes" }, whole, "whole takes"),
     button("link", "Clear", () => {
       cleared();
       clear();

@@ -17,8 +17,8 @@ export function choiceText({ choice, symbols }: ChoiceReply): string {
 
 /** Make the slider; `show` is told what was chosen. */
 export function makeChoice(show: (reply: ChoiceReply) => void): { readonly element: HTMLElement } {
-  const said = h("output", { class: "muted small", role: "status" });
-  const percent = h("span", {}, "3 %");
+  const said = h("output.muted.small", { role: "status" });
+  const percent = h("span", "3 %");
   const slider = h("input", {
     id: "train-share",
     type: "range",
@@ -31,8 +31,8 @@ export function makeChoice(show: (reply: ChoiceReply) => void): { readonly eleme
     },
   });
   const element = h(
-    "div",
-    { class: "row", role: "group", "aria-label": "What to train on" },
+    "div.row",
+    { role: "group", "aria-label": "What to train on" },
     h("label", { for: "train-share" }, "To train on"),
     slider,
     percent,

@@ -35,7 +35,7 @@ export interface MapFigures {
 const RATE = 15;
 
 export function makeMapFigures(motions: Motions, size: { width: number; height: number }): MapFigures {
-  const element = h("canvas", { class: "symbol-figures", "aria-hidden": "true" });
+  const element = h("canvas.symbol-figures", { "aria-hidden": "true" });
   const sketches = new Map<number, Sketch>();
   let spots: readonly Spot[] = [];
   let colours = figureShades();

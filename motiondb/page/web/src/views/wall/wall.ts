@@ -50,19 +50,19 @@ export function layOut(
 export function open(host: HTMLElement, context: Context): OpenView {
   const canWrite = !context.status().read_only;
   const thumbs = makeThumbs(context.motions, () => false);
-  const chips = h("div", { class: "chips examples" });
-  const facts = h("div", { class: "wall-facts row" });
-  const work = h("div", { class: "wall-work", role: "status" });
+  const chips = h("div.chips.examples");
+  const facts = h("div.wall-facts.row");
+  const work = h("div.wall-work", { role: "status" });
   const box = h(
-    "section",
-    { class: "wall-box", "aria-label": "About" },
-    h("h1", {}, "A library of human motion that you can ask."),
-    h("div", { class: "question-slot" }),
+    "section.wall-box",
+    { "aria-label": "About" },
+    h("h1", "A library of human motion that you can ask."),
+    h("div.question-slot"),
     chips,
     work,
     facts,
   );
-  const wall = h("div", { class: "wall" }, box);
+  const wall = h("div.wall", box);
   let tiles = new Map<string, HTMLElement>();
   let asked = -1;
   let loads = 0;
@@ -79,15 +79,14 @@ export function open(host: HTMLElement, context: Context): OpenView {
     });
     thumbs.show(canvas, capture);
     return h(
-      "a",
+      "a.tile",
       {
-        class: "tile",
         href: routeTo("catalogue", { capture, start: start.toFixed(3), end: end.toFixed(3) }),
         title: capture,
         "aria-label": words ? `${capture}: ${words}` : capture,
       },
       canvas,
-      words ? h("span", { class: "tile-words" }, words) : null,
+      words ? h("span.tile-words", words) : null,
     );
   }
 
@@ -133,8 +132,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
     });
     fill(
       chips,
-      questions.length > 0 ? h("span", { class: "chips-lead" }, lead) : null,
-      questions.map((q) => h("a", { class: "chip", href: routeTo("search", { q }) }, q)),
+      questions.length > 0 ? h("span.chips-lead", lead) : null,
+      questions.map((q) => h("a.chip", { href: routeTo("search", { q }) }, q)),
     );
   }
 
@@ -148,13 +147,13 @@ export function open(host: HTMLElement, context: Context): OpenView {
     fill(
       work,
       job ? progressBar(job.whole ?? null, stepOf(job)) : null,
-      reason ? [h("p", {}, reason), button("main", "Learn…", () => openLearning(context))] : null,
+      reason ? [h("p", reason), button("main", "Learn…", () => openLearning(context))] : null,
     );
     fill(
       facts,
       h(
-        "a",
-        { class: "button plain", href: routeTo("catalogue") },
+        "a.button.plain",
+        { href: routeTo("catalogue") },
         icon("list"),
         `${plural(captures, "capture")}, ${seconds(length)} as a list`,
       ),
@@ -194,7 +193,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       leaving += 1;
       const mine = leaving;
       host.classList.add("asking");
-      fill(work, h("p", {}, `Looking for “${q}”…`));
+      fill(work, h("p", `Looking for “${q}”…`));
       const late = new Promise((resolve) => setTimeout(resolve, PATIENCE));
       await Promise.race([prefetch(...wordsQuery(parameters)), late]);
       if (mine === leaving) rememberPlaces(tiles);
