@@ -8,12 +8,15 @@ dependencies of motiondb; a test compares it with the description.
 from __future__ import annotations
 
 import json
+import re
 import tempfile
 from pathlib import Path
 from typing import Any
 
 TYPES = Path(__file__).parent / "src" / "api" / "types.ts"
 HEAD = "/** Types of requests and replies, written by ../../typescript.py. Times in seconds. */\n"
+METHODS = {"get": "Got", "post": "Posted", "put": "Put", "delete": "Deleted"}
+"""The interfaces of the replies to each method."""
 _PLAIN = {"string": "string", "number": "number", "integer": "number", "boolean": "boolean"}
 
 Schema = dict[str, Any]
@@ -62,7 +65,20 @@ def types_of(description: Schema) -> str:
     """Return the types of a description of the interface."""
     schemas = description["components"]["schemas"]
     parts = [interface(name, schema) for name, schema in sorted(schemas.items())]
-    return "\n".join([HEAD, *parts])
+    return "\n".join([HEAD, *parts, *(routes(method, description) for method in METHODS)])
+
+
+def routes(method: str, description: Schema) -> str:
+    """Return the replies to a method, by the path that is asked."""
+    rows = [f"export interface {METHODS[method]} {{"]
+    for path, asked in sorted(description["paths"].items()):
+        replies = asked.get(method, {}).get("responses", {})
+        content = next((replies[code]["content"] for code in replies if code[0] == "2"), {})
+        if schema := content.get("application/json", {}).get("schema"):
+            open_path = re.sub(r"\{\w+\}", "${string}", path)
+            key = f'"{path}"' if open_path == path else f"[path: `{open_path}`]"
+            rows.append(f"  {key}: {type_of(schema)};")
+    return "\n".join([*rows, "}\n"])
 
 
 def describe() -> Schema:

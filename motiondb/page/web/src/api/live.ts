@@ -1,7 +1,7 @@
 /** News from the server: the database changed, a job went on. */
 
 import { get } from "./client.ts";
-import type { JobReply, JobsReply } from "./types.ts";
+import type { JobReply } from "./types.ts";
 
 export type News =
   | { kind: "revision"; revision: number }
@@ -37,7 +37,7 @@ export function openLive(): Live {
     source.addEventListener("job", (event) => learn(JSON.parse(event.data) as JobReply));
     source.addEventListener("open", () => {
       tell({ kind: "connection", open: true });
-      get<JobsReply>("/api/jobs").then(
+      get("/api/jobs").then(
         (answer) => {
           const known = new Set(answer.jobs.map((job) => job.id));
           const gone = [...jobs.keys()].filter((id) => !known.has(id));

@@ -1,7 +1,8 @@
 /** The states of a view without content: why it is empty, and what the user can do. */
 
+import { isAbort, messageOf } from "../api/client.ts";
 import { button } from "../dom/button.ts";
-import { h, type Child } from "../dom/element.ts";
+import { fill, h, type Child } from "../dom/element.ts";
 
 export interface Action {
   label: string;
@@ -31,6 +32,11 @@ export function faultState(message: string, actions: readonly Action[] = []): HT
     h("p", message),
     actions.length > 0 ? h("div.row", actions.map(actionButton)) : null,
   );
+}
+
+/** Show a fault in the place of an answer; one that came too late is not told. */
+export function showFault(host: Element, fault: unknown, actions: readonly Action[] = []): void {
+  if (!isAbort(fault)) fill(host, faultState(messageOf(fault), actions));
 }
 
 /** A bar above a view: something the user should know, with an action. */

@@ -122,7 +122,7 @@ export function makeJobs(context: Context): { element: HTMLElement } {
       active ? progressBar(job.state === "waiting" ? null : shareOf(job), saidOf(job)) : h("p", outcome(job)),
       addedList(job),
       problemList(job),
-      active ? button("link", "Cancel", () => void cancelJob(job).catch(context.fail)) : null,
+      active ? button("link", "Cancel", () => void cancelJob(job)) : null,
     );
   }
 
@@ -167,7 +167,7 @@ export function makeJobs(context: Context): { element: HTMLElement } {
         const named = { label: "Show the problems", run: () => setTimeout(() => toggle(true)) };
         context.notify(`${about}${outcome(job)}`, wordless ? cure : problems ? named : show);
       }
-      void context.refresh().catch(context.fail);
+      void context.refresh();
     }
   });
   addEventListener("keydown", (event) => event.key === "Escape" && toggle(false));

@@ -37,8 +37,7 @@ function noCaptures(context: Context): HTMLElement {
     ]);
   }
   if (context.status().read_only) return emptyState("This database is empty", "It was opened read-only.");
-  const sample = (): void =>
-    void post<JobReply>("/api/add", { sample: true }).catch((fault: unknown) => context.fail(fault));
+  const sample = (): void => void post("/api/add", { sample: true });
   return emptyState(
     "This database is empty",
     [

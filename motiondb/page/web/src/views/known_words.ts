@@ -1,7 +1,6 @@
 /** What a view shows for a question that cannot be asked: why, and the words that are known. */
 
 import { ApiError, get, messageOf } from "../api/client.ts";
-import type { VocabularyReply } from "../api/types.ts";
 import { button } from "../dom/button.ts";
 import { fill, h } from "../dom/element.ts";
 import { faultState } from "../parts/states.ts";
@@ -16,7 +15,7 @@ const MOST = 24;
 export function faultWithWords(fault: unknown, choose: (word: string) => void): HTMLElement {
   if (!(fault instanceof ApiError && fault.kind === "UnknownWordsError")) return faultState(messageOf(fault));
   const words = h("div.known-words");
-  void get<VocabularyReply>("/api/vocabulary").then(
+  void get("/api/vocabulary").then(
     (answer) => {
       if (answer.words.length === 0) return;
       fill(

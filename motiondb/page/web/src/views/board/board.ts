@@ -1,11 +1,12 @@
 /** The tactics board: draw a play, see what cannot be played, make the scene, change it. */
 
-import { get, messageOf, post } from "../../api/client.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { get, isAbort, messageOf, post } from "../../api/client.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askWhether } from "../../parts/asking.ts";
-import { banner, faultState } from "../../parts/states.ts";
+import { banner, faultState, showFault } from "../../parts/states.ts";
 import { go, rewrite, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView } from "../view.ts";
 import { makeDrawing } from "./drawing.ts";
@@ -78,7 +79,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   let untouched = false;
   let sceneText = "";
   let timer = 0;
-  let checks = 0;
+  const latest = makeLatest();
   let route = { board: "", scene: "", job: "" };
 
   const faults = h("div", { "aria-live": "polite" });
@@ -107,7 +108,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       fileText = saved.text;
       dropDraft(edited());
       setRoute({ board: saved.name });
-      void files.list(saved.name, kinds.grammars).catch(context.fail);
+      void files.list(saved.name, kinds.grammars);
     },
   });
   const making = makeMaking(
@@ -241,14 +242,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
   }
 
   async function check(body: { diagram: DiagramShape } | { text: string }, take: boolean): Promise<void> {
-    checks += 1;
-    const mine = checks;
     try {
-      const answer = await post<BoardReply>("/api/board/check", body);
-      if (mine !== checks) return;
-      learn(answer, take);
+      learn(await latest(post("/api/board/check", body)), take);
     } catch (fault) {
-      if (mine === checks) fill(faults, banner(messageOf(fault)));
+      if (isAbort(fault)) return;
+      fill(faults, banner(messageOf(fault)));
     }
   }
 
@@ -371,14 +369,14 @@ export function open(host: HTMLElement, context: Context): OpenView {
     fileText = "";
     board = null;
     try {
-      if (kinds.grammars.length === 0) kinds = await get<BoardKinds>("/api/board/kinds");
-      void files.list(wanted, kinds.grammars).catch(context.fail);
+      if (kinds.grammars.length === 0) kinds = await get("/api/board/kinds");
+      void files.list(wanted, kinds.grammars);
       const first = !opened;
       opened = true;
       untouched = first && !wanted && !readDraft(edited());
       draftNote.replaceChildren();
       if (wanted) {
-        const saved = await get<BoardReply>("/api/board", { name: wanted });
+        const saved = await get("/api/board", { name: wanted });
         if (name !== wanted) return;
         fileText = saved.text;
         learn(saved, true);
@@ -394,7 +392,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       } else showOlderNote();
       takeScene();
     } catch (fault) {
-      fill(faults, faultState(messageOf(fault)));
+      showFault(faults, fault);
     }
   }
 
@@ -448,7 +446,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   /** Begin a new board on the ground of a grammar; the present one stays as a draft of its name. */
   async function begin(grammar: string): Promise<void> {
     if (!(await mayDrop({ ...edited(), name: "", text: "" }))) {
-      void files.list(name, kinds.grammars).catch(context.fail);
+      void files.list(name, kinds.grammars);
       return;
     }
     if (name) {
@@ -462,7 +460,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     selection = board = null;
     untouched = false;
     draftNote.replaceChildren();
-    void files.list("", kinds.grammars).catch(context.fail);
+    void files.list("", kinds.grammars);
     const ground = kinds.grounds.find((one) => one.grammar === grammar) ?? null;
     const next = emptyDiagram(ground ?? undefined);
     keepDraft(edited(), next);

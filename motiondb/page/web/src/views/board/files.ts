@@ -6,7 +6,7 @@ import { fill, h } from "../../dom/element.ts";
 import { askLine, openDialog } from "../../parts/asking.ts";
 import { saveBlob } from "../../parts/download.ts";
 import type { Context } from "../view.ts";
-import type { BoardFile, BoardReply, BoardsReply } from "../../api/types.ts";
+import type { BoardFile, BoardReply } from "../../api/types.ts";
 
 export interface FileActions {
   /** Open a board by its name; "" begins a new one. */
@@ -47,7 +47,7 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       change: () => {
         const file = input.files?.[0];
         input.value = "";
-        file?.text().then(actions.openText, context.fail);
+        void file?.text().then(actions.openText);
       },
     },
   });
@@ -63,7 +63,7 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       rules: { pattern: "[A-Za-z0-9][A-Za-z0-9_\\-]{0,59}", title: "Letters, digits, - and _" },
     };
     askLine(line, async (chosen) => {
-      const board = await put<BoardReply>("/api/board", { name: chosen, text });
+      const board = await put("/api/board", { name: chosen, text });
       context.notify(`Saved as ${board.name}${ENDING}.`);
       actions.saved(board);
     });
@@ -104,7 +104,7 @@ export function makeFiles(context: Context, actions: FileActions): Files {
     ),
     editText,
     async list(chosen, grammars) {
-      const { boards } = await get<BoardsReply>("/api/boards");
+      const { boards } = await get("/api/boards");
       const option = (one: BoardFile): HTMLElement =>
         h("option", { value: one.name, selected: one.name === chosen }, one.title);
       const own = boards.filter((one) => !one.shipped);

@@ -1,21 +1,21 @@
 /** Make the scene of a board: show its error while it is sampled, play it, and update it when the board changes. */
 
 import { REDUCED } from "../../dom/wishes.ts";
-import { get, messageOf, post } from "../../api/client.ts";
+import { get, post } from "../../api/client.ts";
 import { cancelJob, failureOf, isActive, stepOf } from "../../api/jobs.ts";
 import type { Track } from "../../api/container.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { download } from "../../parts/download.ts";
 import { progressBar } from "../../parts/progress.ts";
-import { faultState } from "../../parts/states.ts";
+import { faultState, showFault } from "../../parts/states.ts";
 import { makePlayer } from "../../player/player.ts";
 import type { Context } from "../view.ts";
 import { makeErrorCurve } from "./curve.ts";
 import { sceneReport } from "./rules.ts";
 import { makeCourt, type CourtPlan } from "../../player/court.ts";
 import { tokensAt, type Token } from "./tokens.ts";
-import type { DiagramShape, JobReply, SceneKept, SceneReply } from "../../api/types.ts";
+import type { DiagramShape, JobReply } from "../../api/types.ts";
 
 export interface Making {
   readonly element: HTMLElement;
@@ -85,7 +85,7 @@ export function makeMaking(
       state,
       h("p", h("b", job.title), job.error === null ? "" : ` error ${job.error.toPrecision(3)}`),
       progressBar(job.state === "waiting" ? null : job.share, stepOf(job)),
-      button("plain", "Cancel", () => void cancelJob(job).catch(context.fail)),
+      button("plain", "Cancel", () => void cancelJob(job)),
     );
   }
 
@@ -135,13 +135,13 @@ export function makeMaking(
     });
   }
 
-  async function begin(path: string, body: unknown): Promise<void> {
+  async function begin(path: "/api/scenes" | "/api/scenes/update", body: unknown): Promise<void> {
     try {
-      const job = await post<JobReply>(path, body);
+      const job = await post(path, body);
       went({ job: job.id });
       watch(job.id);
     } catch (fault) {
-      fill(state, faultState(messageOf(fault)));
+      showFault(state, fault);
     }
   }
 
@@ -164,10 +164,7 @@ export function makeMaking(
   async function show(ref: string): Promise<void> {
     const first = scene === null && playing.length === 0;
     try {
-      const [facts, tracks] = await Promise.all([
-        get<SceneReply>("/api/scene", { ref }),
-        context.motions.tracks(ref),
-      ]);
+      const [facts, tracks] = await Promise.all([get("/api/scene", { ref }), context.motions.tracks(ref)]);
       scene = ref;
       if (!watched) state.replaceChildren();
       went({ scene: ref, text: facts.text });
@@ -182,7 +179,7 @@ export function makeMaking(
       );
       showButtons(ref);
     } catch (fault) {
-      fill(state, faultState(messageOf(fault)));
+      showFault(state, fault);
     }
   }
 
@@ -212,7 +209,7 @@ export function makeMaking(
     const form = h("form.row", name, h("button.button", { type: "submit" }, "Keep"));
     form.addEventListener("submit", (event) => {
       event.preventDefault();
-      post<SceneKept>("/api/scenes/keep", { ref, name: name.value.trim() }).then(() => {
+      post("/api/scenes/keep", { ref, name: name.value.trim() }).then(() => {
         context.notify(`Kept as ${name.value.trim()}.`);
         showButtons(ref);
       }, context.fail);
@@ -225,7 +222,7 @@ export function makeMaking(
     buttons.hidden = false;
     fill(
       buttons,
-      button("plain", "Download", () => void download([{ ref }], "bvh").catch(context.fail)),
+      button("plain", "Download", () => void download([{ ref }], "bvh")),
       context.status().read_only ? null : button("plain", "Keep in the database…", () => keep(ref)),
     );
   }
@@ -253,10 +250,10 @@ export function makeMaking(
       moved([]);
     },
     setGround(plan) {
-      const key = JSON.stringify(plan);
-      if (key === ground) return;
-      ground = key;
-      stands = false; // those of another ground are looked at from elsewhere
+      const { width, length, left, back } = plan.ground;
+      const size = [width, length, left, back].join(" ");
+      if (size !== ground) stands = false; // those of another ground are looked at from elsewhere
+      ground = size;
       court.show(plan);
     },
     stand,

@@ -2,7 +2,7 @@
 
 import { onPage } from "../../api/advice.ts";
 import { get, messageOf, post } from "../../api/client.ts";
-import type { FolderReply, JobReply, UploadReply } from "../../api/types.ts";
+import type { UploadReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { openDialog } from "../../parts/asking.ts";
@@ -119,7 +119,7 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
 
   async function begin(body: object): Promise<void> {
     try {
-      await post<JobReply>("/api/add", body);
+      await post("/api/add", body);
       dialog.close();
       context.notify("Adding has begun. It goes on if you leave or reload this page.");
     } catch (fault) {
@@ -129,7 +129,7 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
 
   async function browse(into: HTMLElement, root: number, path: string): Promise<void> {
     try {
-      const listing = await get<FolderReply>("/api/folders", { root, path });
+      const listing = await get("/api/folders", { root, path });
       const up = path.includes("/") ? path.slice(0, path.lastIndexOf("/")) : "";
       const name = folders.find((one) => one.root === root)?.name ?? "";
       fill(

@@ -1,14 +1,14 @@
 /** The catalogue: all captures with moving figures, filters, words, and one capture beside them. */
 
 import { ApiError, get, isAbort, messageOf } from "../../api/client.ts";
-import type { Caption, CapturePage, CaptureRow, UndoState } from "../../api/types.ts";
+import type { Caption, CaptureRow } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { onDrop } from "../../parts/dropping.ts";
 import { banner, emptyState, type Action } from "../../parts/states.ts";
 import { plural, seconds } from "../../parts/text.ts";
-import { amend, go, routeTo } from "../../shell/router.ts";
+import { amend, go, partOf, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView } from "../view.ts";
 import { openAdding } from "./adding.ts";
 import { makeDetails, type Details, type Place } from "./details.ts";
@@ -61,7 +61,7 @@ function placeOf(parameters: URLSearchParams): Place {
 async function allNames(where: string, sort: string): Promise<string[]> {
   const names: string[] = [];
   for (;;) {
-    const page = await get<CapturePage>("/api/captures", { where, sort, offset: names.length, limit: 1000 });
+    const page = await get("/api/captures", { where, sort, offset: names.length, limit: 1000 });
     names.push(...page.captures.map((capture) => capture.name));
     if (page.captures.length === 0 || names.length >= page.total) return names;
   }
@@ -77,7 +77,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     grid: false,
     place: WHOLE,
   };
-  let asked = "";
+  let asked: string | null = null;
   let details: Details | null = null;
   let shown = "";
 
@@ -199,7 +199,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
       if (time !== null) query.set("time", time.toFixed(2));
     }
     const text = query.toString();
-    (change.capture === undefined ? amend : go)(text ? `#/catalogue?${text}` : "#/catalogue");
+    const hash = text ? `#/catalogue?${text}` : "#/catalogue";
+    if (hash !== location.hash) (change.capture === undefined ? amend : go)(hash);
   }
 
   function editWords(capture: CaptureRow, cell: HTMLElement): void {
@@ -225,7 +226,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   async function refreshUndo(): Promise<void> {
     try {
-      undo.hidden = (await get<UndoState>("/api/undo")).left === 0;
+      undo.hidden = (await get("/api/undo")).left === 0;
     } catch {
       undo.hidden = true;
     }
@@ -345,8 +346,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
         actions,
         () => route({ capture: "" }),
         (moved) => {
-          const place = { ...wanted.place, ...moved };
-          if (JSON.stringify(place) !== JSON.stringify(wanted.place)) route({ place });
+          route({ place: { ...wanted.place, ...moved } });
         },
       );
       fill(side, details.element);
@@ -373,7 +373,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       table.choose(wanted.capture || null);
       asGrid.setAttribute("aria-pressed", String(wanted.grid));
       for (const list of LISTS) lists[list].setAttribute("aria-pressed", String(wanted.list === list));
-      const key = JSON.stringify([wanted.typed, wanted.picks, wanted.sort, wanted.list, wanted.grid]);
+      const key = partOf(parameters, ["where", "pick", "sort", "show", "as"]);
       if (key !== asked) {
         asked = key;
         showList();
@@ -387,7 +387,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       context.motions.forget();
       if (wanted.list === "selections") showList();
       void load();
-      void picking.check().catch(context.fail);
+      void picking.check();
       void refreshUndo();
       void details?.reload();
     },

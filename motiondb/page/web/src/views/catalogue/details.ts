@@ -1,15 +1,15 @@
 /** The panel of one capture: its player, its words, where it comes from, its copies. */
 
+import { showFault } from "../../parts/states.ts";
 import { onPage } from "../../api/advice.ts";
-import { ApiError, get, messageOf, post } from "../../api/client.ts";
-import type { CaptureDetails, CapturesChanged, DescribeReply } from "../../api/types.ts";
+import { ApiError, get, post } from "../../api/client.ts";
+import type { CaptureDetails } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askLine, askWhether } from "../../parts/asking.ts";
 import { download, downloadButtons, downloadMenu, type FileFormat } from "../../parts/download.ts";
 import { askSelection } from "../../parts/selecting.ts";
-import { faultState } from "../../parts/states.ts";
 import { interval, seconds } from "../../parts/text.ts";
 import { makeTake } from "../../take/take.ts";
 import {
@@ -118,15 +118,11 @@ export function makeDetails(
   const captions = makeCaptionList(actions, (start, end) => take.select([start, end]));
 
   async function save(format: FileFormat, start?: number, end?: number): Promise<void> {
-    try {
-      await download([{ ref: ref(), start: start ?? null, end: end ?? null }], format);
-      // Readers of BVH refuse whatever else stands in a file, so no licence can be written into it.
-      const licence = facts?.tags["licence"];
-      if (format === "bvh" && licence)
-        context.notify(`Saved. A BVH file has no place for its licence, which is ${licence}.`);
-    } catch (fault) {
-      context.fail(fault);
-    }
+    await download([{ ref: ref(), start: start ?? null, end: end ?? null }], format);
+    // Readers of BVH refuse whatever else stands in a file, so no licence can be written into it.
+    const licence = facts?.tags["licence"];
+    if (format === "bvh" && licence)
+      context.notify(`Saved. A BVH file has no place for its licence, which is ${licence}.`);
   }
 
   async function removeCapture(): Promise<void> {
@@ -136,13 +132,9 @@ export function makeDetails(
       "Remove",
     );
     if (!sure) return;
-    try {
-      await post<CapturesChanged>("/api/captures/remove", { captures: [name] });
-      context.notify(`${name} is removed.`, { label: "Undo", run: () => void actions.undo() });
-      leave();
-    } catch (fault) {
-      context.fail(fault);
-    }
+    await post("/api/captures/remove", { captures: [name] });
+    context.notify(`${name} is removed.`, { label: "Undo", run: () => void actions.undo() });
+    leave();
   }
 
   const element = h(
@@ -165,7 +157,7 @@ export function makeDetails(
   /** Ask for the likely words, which take longest; everything else is there meanwhile. */
   async function describe(asked: string): Promise<void> {
     try {
-      const { words } = await get<DescribeReply>("/api/describe", { ref: `capture:${asked}` });
+      const { words } = await get("/api/describe", { ref: `capture:${asked}` });
       if (name !== asked || !facts) return;
       facts = { ...facts, recognised: words };
       take.setLanes(lanesOf(facts));
@@ -219,7 +211,7 @@ export function makeDetails(
         take.player.seek(time);
       }); // it plays while the facts are computed
       try {
-        const answer = await get<CaptureDetails>("/api/capture", { name: next, described: false });
+        const answer = await get("/api/capture", { name: next, described: false });
         if (name !== next) return;
         facts = answer;
         void describe(next);
@@ -227,7 +219,7 @@ export function makeDetails(
         if (name !== next) return;
         context.stage.rest(false);
         take.element.hidden = tools.hidden = true;
-        fill(under, faultState(messageOf(fault), [{ label: "Close", run: leave }]));
+        showFault(under, fault, [{ label: "Close", run: leave }]);
         return;
       }
       showFacts();
@@ -238,7 +230,7 @@ export function makeDetails(
     async reload() {
       const asked = name;
       try {
-        const answer = await get<CaptureDetails>("/api/capture", { name: asked, described: false });
+        const answer = await get("/api/capture", { name: asked, described: false });
         if (name !== asked || isEditing(element)) return; // what is typed is compared when it is saved
         facts = answer;
         showFacts();
@@ -248,8 +240,8 @@ export function makeDetails(
       }
     },
     select: (part) => {
-      const same = JSON.stringify(part) === JSON.stringify(take.selection);
-      if (!same) take.select(part);
+      const before = take.selection;
+      if (part?.[0] !== before?.[0] || part?.[1] !== before?.[1]) take.select(part);
     },
     close: () => {
       clearTimeout(timer);

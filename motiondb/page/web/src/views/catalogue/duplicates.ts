@@ -1,9 +1,8 @@
 /** Groups of captures that are copies, cuts or mirror images of one another. */
 
-import { get, messageOf } from "../../api/client.ts";
-import type { DuplicatesReply } from "../../api/types.ts";
+import { get } from "../../api/client.ts";
 import { fill, h } from "../../dom/element.ts";
-import { emptyState, faultState } from "../../parts/states.ts";
+import { emptyState, showFault } from "../../parts/states.ts";
 import { interval, plural } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
 
@@ -16,7 +15,7 @@ const KINDS: Record<string, string> = {
 export async function showDuplicates(host: HTMLElement): Promise<void> {
   fill(host, h("p.muted", "Searching for copies…"));
   try {
-    const { groups } = await get<DuplicatesReply>("/api/duplicates");
+    const { groups } = await get("/api/duplicates");
     if (groups.length === 0) {
       fill(
         host,
@@ -50,7 +49,7 @@ export async function showDuplicates(host: HTMLElement): Promise<void> {
       ),
     );
   } catch (fault) {
-    fill(host, faultState(messageOf(fault)));
+    showFault(host, fault);
   }
 }
 

@@ -1,7 +1,7 @@
 /** Editing words: the sentence of a whole capture in its row, and every caption in the panel. */
 
 import { ApiError, post, put } from "../../api/client.ts";
-import type { Caption, WordsEdited, WordsUndone } from "../../api/types.ts";
+import type { Caption, WordsEdited } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
@@ -55,22 +55,18 @@ export function makeWordsActions(
   }
 
   async function undo(): Promise<void> {
-    try {
-      const answer = await post<WordsUndone>("/api/undo", {});
-      edited(answer.capture, answer.words);
-      const more = answer.captures > 1 ? ` and ${answer.captures - 1} more` : "";
-      const what = {
-        words: "edit of words",
-        tags: "edit of tags",
-        selection: "change of a selection",
-        name: "new name",
-        removal: "removal",
-      }[answer.what];
-      context.notify(`The last ${what ?? "edit"} of ${answer.capture}${more} is undone.`);
-      void context.refresh().catch(context.fail);
-    } catch (fault) {
-      context.fail(fault);
-    }
+    const answer = await post("/api/undo", {});
+    edited(answer.capture, answer.words);
+    const more = answer.captures > 1 ? ` and ${answer.captures - 1} more` : "";
+    const what = {
+      words: "edit of words",
+      tags: "edit of tags",
+      selection: "change of a selection",
+      name: "new name",
+      removal: "removal",
+    }[answer.what];
+    context.notify(`The last ${what ?? "edit"} of ${answer.capture}${more} is undone.`);
+    void context.refresh();
   }
 
   async function replace(
@@ -80,7 +76,7 @@ export function makeWordsActions(
   ): Promise<WordsEdited | null> {
     const body = { capture, words: captions };
     try {
-      const answer = await put<WordsEdited>("/api/captions", { ...body, before });
+      const answer = await put("/api/captions", { ...body, before });
       return await run(() => Promise.resolve(answer));
     } catch (fault) {
       if (!(fault instanceof ApiError && fault.kind === "ConflictError")) {
@@ -93,14 +89,14 @@ export function makeWordsActions(
         `${fault.message}\nYours: ${mine}.`,
         "Replace them by mine",
       );
-      return sure ? run(() => put<WordsEdited>("/api/captions", body)) : null;
+      return sure ? run(() => put("/api/captions", body)) : null;
     }
   }
 
   return {
     replace,
     addPart: (capture, words, start, end) =>
-      run(() => post<WordsEdited>("/api/words", { capture, words, start, end, keep: true })),
+      run(() => post("/api/words", { capture, words, start, end, keep: true })),
     undo,
   };
 }

@@ -1,5 +1,6 @@
 /** Values to filter by, with how many captures have each. */
 
+import { makeLatest } from "../../api/latest.ts";
 import { get } from "../../api/client.ts";
 import type { FacetRow, FacetsReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
@@ -18,7 +19,7 @@ const SHOWN = 8;
 export function makeFacets(toggle: (pick: Pick) => void): Facets {
   const element = h("div.facets");
   const opened = new Set<string>();
-  let asked = 0;
+  const latest = makeLatest();
 
   function group(facet: FacetRow, picks: readonly Pick[]): HTMLElement {
     const picked = (where: string): boolean =>
@@ -69,15 +70,12 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
     element,
     columns: () => last?.facets.map(({ column }) => column) ?? [],
     async load(typed, picks) {
-      asked += 1;
-      const mine = asked;
       const ask = (without = ""): Promise<FacetsReply> =>
         get("/api/facets", { where: combine(typed, picks, without) });
       // A column with picks shows how many captures its other values have: its facets are requested
       // without its picks.
       const columns = [...new Set(picks.map((pick) => pick.column))];
-      const [all, ...own] = await Promise.all([ask(), ...columns.map(ask)]);
-      if (mine !== asked) return;
+      const [all, ...own] = await latest(Promise.all([ask(), ...columns.map(ask)]));
       const facets = all!.facets.map((facet) => {
         const at = columns.indexOf(facet.column);
         return at < 0 ? facet : (own[at]!.facets.find((one) => one.column === facet.column) ?? facet);

@@ -1,7 +1,7 @@
 /** Learn again, and say when that is worth it. */
 
 import { post } from "../../api/client.ts";
-import type { JobReply, Status } from "../../api/types.ts";
+import type { Status } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
 import { openForm } from "../../parts/asking.ts";
 import { plural } from "../../parts/text.ts";
@@ -91,7 +91,7 @@ export function openLearning(context: Context): void {
   ];
   showStart();
   openForm("Learn", content, "Learn", () =>
-    post<JobReply>("/api/learn", {
+    post("/api/learn", {
       symbols: symbols.value ? symbols.valueAsNumber : null,
       seed: seed.valueAsNumber || 0,
       start: start.value,

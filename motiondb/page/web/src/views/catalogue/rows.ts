@@ -1,7 +1,7 @@
 /** The rows of the catalogue, asked for page by page as they come into sight. */
 
 import { get, isAbort } from "../../api/client.ts";
-import type { CapturePage, CaptureRow } from "../../api/types.ts";
+import type { CaptureRow } from "../../api/types.ts";
 
 const PAGE = 100;
 /** The largest page that the server gives. */
@@ -39,11 +39,7 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
   async function load(page: number): Promise<void> {
     const signal = current.signal;
     pages.set(page, "asked");
-    const answer = await get<CapturePage>(
-      "/api/captures",
-      { where, sort, offset: page * PAGE, limit: PAGE },
-      signal,
-    );
+    const answer = await get("/api/captures", { where, sort, offset: page * PAGE, limit: PAGE }, signal);
     if (signal.aborted) return;
     total = answer.total;
     pages.set(page, answer.captures);
@@ -77,7 +73,7 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
       current = new AbortController();
       const { signal } = current;
       const query = { where: nextWhere, sort: nextSort, offset: 0, limit: PAGE, find };
-      const answer = await get<CapturePage>("/api/captures", query, signal); // the rows stay meanwhile
+      const answer = await get("/api/captures", query, signal); // the rows stay meanwhile
       if (signal.aborted) return;
       where = nextWhere;
       sort = nextSort;
@@ -104,7 +100,7 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
       while (names.length <= high - low) {
         const offset = low + names.length;
         const limit = Math.min(high - offset + 1, MOST);
-        const page = await get<CapturePage>("/api/captures", { where, sort, offset, limit }, current.signal);
+        const page = await get("/api/captures", { where, sort, offset, limit }, current.signal);
         if (page.captures.length === 0) break; // fewer are left by now
         names.push(...page.captures.map((row) => row.name));
       }

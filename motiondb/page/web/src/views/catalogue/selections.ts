@@ -1,19 +1,14 @@
 /** The selections that the database keeps: what each holds, to be played, taken out and downloaded. */
 
-import { bytes, get, messageOf, post, remove } from "../../api/client.ts";
-import type {
-  CapturesChanged,
-  PlayablePart,
-  SelectionReply,
-  SelectionRow,
-  SelectionsReply,
-} from "../../api/types.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { bytes, get, post, remove } from "../../api/client.ts";
+import type { CapturesChanged, PlayablePart, SelectionRow } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { downloadMenu, saveBlob, type FileFormat } from "../../parts/download.ts";
 import { tellChanged } from "../../parts/selecting.ts";
-import { emptyState, faultState } from "../../parts/states.ts";
+import { emptyState, showFault } from "../../parts/states.ts";
 import { interval, plural, seconds } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
@@ -27,7 +22,7 @@ export interface Selections {
 export function makeSelections(context: Context): Selections {
   const opened = new Set<string>();
   const canWrite = !context.status().read_only;
-  let asked = 0;
+  const latest = makeLatest();
   /** The selection whose head takes the focus after it was changed. */
   let changed = "";
 
@@ -42,12 +37,8 @@ export function makeSelections(context: Context): Selections {
   }
 
   async function save(name: string, format: FileFormat): Promise<void> {
-    try {
-      const data = await bytes("/api/selection/pack", { name, format });
-      saveBlob(`${name}.zip`, new Blob([data], { type: "application/zip" }));
-    } catch (fault) {
-      context.fail(fault);
-    }
+    const data = await bytes("/api/selection/pack", { name, format });
+    saveBlob(`${name}.zip`, new Blob([data], { type: "application/zip" }));
   }
 
   function partRow(name: string, part: PlayablePart): HTMLElement {
@@ -59,7 +50,7 @@ export function makeSelections(context: Context): Selections {
       void change(
         name,
         `${capture} is taken out of “${name}”.`,
-        post<CapturesChanged>("/api/selection/take", { name, items: [{ ref, start, end }] }),
+        post("/api/selection/take", { name, items: [{ ref, start, end }] }),
       );
     return h(
       "li.selected-part",
@@ -77,13 +68,13 @@ export function makeSelections(context: Context): Selections {
 
   async function fillParts(list: HTMLElement, name: string): Promise<void> {
     try {
-      const { parts } = await get<SelectionReply>("/api/selection", { name });
+      const { parts } = await get("/api/selection", { name });
       fill(
         list,
         parts.map((part) => partRow(name, part)),
       );
     } catch (fault) {
-      fill(list, faultState(messageOf(fault)));
+      showFault(list, fault);
     }
   }
 
@@ -122,11 +113,8 @@ export function makeSelections(context: Context): Selections {
 
   return {
     async show(host) {
-      asked += 1;
-      const mine = asked;
       try {
-        const { selections } = await get<SelectionsReply>("/api/selections");
-        if (mine !== asked) return;
+        const { selections } = await latest(get("/api/selections"));
         if (selections.length === 0) {
           const how =
             "Select captures here or answers of a search, then “Add to a selection…” in the bar at the bottom.";
@@ -139,7 +127,7 @@ export function makeSelections(context: Context): Selections {
         if (at >= 0) host.querySelectorAll<HTMLElement>(".kept-selection > summary")[at]?.focus();
         changed = "";
       } catch (fault) {
-        if (mine === asked) fill(host, faultState(messageOf(fault)));
+        showFault(host, fault);
       }
     },
   };

@@ -1,17 +1,18 @@
 /** Compare: two to four parts on one clock and one ground, and how far their poses are apart. */
 
+import { isAbort } from "../../api/client.ts";
+import { makeLatest } from "../../api/latest.ts";
 import { REDUCED } from "../../dom/wishes.ts";
-import { messageOf } from "../../api/client.ts";
 import type { BodyTrack } from "../../api/container.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
-import { emptyState, faultState } from "../../parts/states.ts";
+import { emptyState, showFault } from "../../parts/states.ts";
 import { interval } from "../../parts/text.ts";
 import { rgbOf } from "../../parts/tint.ts";
 import { makePlayer } from "../../player/player.ts";
 import { spanOf } from "../../player/screen.ts";
-import { amend, go, rewrite, routeTo } from "../../shell/router.ts";
+import { amend, go, partOf, rewrite, routeTo } from "../../shell/router.ts";
 import type { Lane } from "../../timeline/lanes.ts";
 import { makeTimeline, type Interval, type Timeline } from "../../timeline/timeline.ts";
 import type { Context, OpenView } from "../view.ts";
@@ -53,8 +54,8 @@ const nameOf = (ref: string): string => ref.slice(ref.indexOf(":") + 1);
 
 export function open(host: HTMLElement, context: Context): OpenView {
   let wanted: Comparison = { parts: [], at: "middle", overlaid: false, time: null };
-  let asked = "";
-  let loads = 0;
+  let asked: string | null = null;
+  const latest = makeLatest();
   let timer = 0;
   let bodies: BodyTrack[] = [];
   let timeline: Timeline | null = null;
@@ -184,8 +185,6 @@ export function open(host: HTMLElement, context: Context): OpenView {
   }
 
   async function load(): Promise<void> {
-    loads += 1;
-    const mine = loads;
     fault.replaceChildren();
     player.element.hidden = false;
     player.say("Loading…");
@@ -193,19 +192,18 @@ export function open(host: HTMLElement, context: Context): OpenView {
       context.motions.tracks(ref, Math.max(start - AROUND, 0), end + AROUND),
     );
     try {
-      const answers = await Promise.all(asking);
-      if (mine !== loads) return;
+      const answers = await latest(Promise.all(asking));
       const found = answers.map((tracks) => tracks.find((one): one is BodyTrack => one.kind === "body"));
       bodies = found.flatMap((one) => (one && one.motion.frames > 0 ? [one] : []));
       if (bodies.length < wanted.parts.length) throw new Error("A part holds no motion of a person.");
       play();
     } catch (problem) {
-      if (mine !== loads) return;
+      if (isAbort(problem)) return;
       bodies = [];
       timelineBox.replaceChildren();
       curves.show([], [], 0);
       player.element.hidden = true;
-      fill(fault, faultState(messageOf(problem)));
+      showFault(fault, problem);
     }
   }
 
@@ -231,7 +229,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   return {
     update(parameters) {
       const next = comparisonOf(parameters);
-      const key = JSON.stringify([next.parts, next.at, next.overlaid]);
+      const key = partOf(parameters, ["part", "at", "ground"]);
       if (key === asked) return;
       asked = key;
       wanted = { ...next, parts: next.parts.slice(0, MOST) };
@@ -240,7 +238,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       if (wanted.parts.length > 0) void load();
     },
     close() {
-      loads += 1;
+      void latest();
       clearTimeout(timer);
       player.close();
     },

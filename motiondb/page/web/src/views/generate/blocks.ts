@@ -1,7 +1,7 @@
 /** The actions of a generated motion as blocks: drag, stretch, take another place, pick an excerpt. */
 
 import { get, messageOf } from "../../api/client.ts";
-import type { ActionVerdict, MadeReply, SearchReply, ShownBlock } from "../../api/types.ts";
+import type { ActionVerdict, MadeReply, ShownBlock } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
@@ -81,7 +81,7 @@ function pickExcerpt(context: Context, wish: Wish, picked: (part: Partial<Wish>)
   const dialog = openDialog(`An excerpt for “${wish.phrase}”`, form, state, list);
   dialog.classList.add("wide");
   dialog.addEventListener("close", () => clips.forEach((clip) => clip.close()));
-  get<SearchReply>("/api/search", { q: wish.phrase, limit: OFFERED }).then(
+  get("/api/search", { q: wish.phrase, limit: OFFERED }).then(
     ({ matches, matches_anything }) => {
       state.textContent =
         matches_anything === false

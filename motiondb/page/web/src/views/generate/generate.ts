@@ -1,10 +1,11 @@
 /** Describe and generate: motion from a sentence, with the actions it shows and does not show. */
 
-import { get, messageOf, post } from "../../api/client.ts";
-import type { GenerateReply, MadeReply } from "../../api/types.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { get, isAbort, post } from "../../api/client.ts";
+import type { MadeReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
-import { emptyState, faultState } from "../../parts/states.ts";
+import { emptyState, showFault } from "../../parts/states.ts";
 import { go, rewrite, routeTo } from "../../shell/router.ts";
 import { offeredQuestions } from "../wall/offered.ts";
 import { faultWithWords } from "../known_words.ts";
@@ -22,7 +23,7 @@ const METHODS: readonly [string, string][] = [
 export function open(host: HTMLElement, context: Context): OpenView {
   let variants: Variant[] = [];
   let asked = "";
-  let running = 0;
+  const latest = makeLatest();
   const chosen: Chosen = { at: 0, focus: false };
 
   const box = h("input.question-box", {
@@ -127,8 +128,6 @@ export function open(host: HTMLElement, context: Context): OpenView {
   }
 
   async function make(parameters: URLSearchParams): Promise<void> {
-    running += 1;
-    const mine = running;
     clear();
     chosen.at = 0;
     understood.replaceChildren();
@@ -138,14 +137,14 @@ export function open(host: HTMLElement, context: Context): OpenView {
       h("progress", { "aria-label": "Making motion" }),
     );
     try {
-      const answer = await post<GenerateReply>("/api/generate", {
+      const asking = post("/api/generate", {
         words: parameters.get("q"),
         seed: Number(parameters.get("seed") ?? 0),
         variants: Number(parameters.get("variants") ?? 1),
         method: parameters.get("method") ?? "stitched",
         exact: parameters.has("exact"),
       });
-      if (mine !== running) return;
+      const answer = await latest(asking);
       const replace = (word: string, by: string): void => {
         box.value = box.value.replaceAll(word, by);
         form.requestSubmit();
@@ -156,7 +155,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       );
       showVariants(answer.variants);
     } catch (fault) {
-      if (mine !== running) return;
+      if (isAbort(fault)) return;
       const choose = (word: string): void => go(routeTo("generate", { q: word, seed: 0 }));
       fill(results, notLearned(fault, context) ?? faultWithWords(fault, choose));
     }
@@ -164,18 +163,14 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   /** Make the motion of a changed timeline; the step back in the history returns to this one. */
   async function change(made: MadeReply, blocks: readonly Wish[]): Promise<void> {
-    running += 1;
-    const mine = running;
     results.setAttribute("aria-busy", "true");
     host.classList.add("busy");
     try {
       const body = { blocks, seed: made.seed, method: "stitched", exact: exact.checked };
-      const answer = await post<GenerateReply>("/api/generate", body);
+      const answer = await latest(post("/api/generate", body));
       // A first motion of a sentence has no address of its own yet: Back would make it again.
       if (!asked.includes("made=")) rewrite(routeTo("generate", { q: made.words, made: made.id }));
-      if (mine === running) go(routeTo("generate", { made: answer.variants[0]!.id }));
-    } catch (fault) {
-      context.fail(fault); // the timeline stays as it was
+      go(routeTo("generate", { made: answer.variants[0]!.id }));
     } finally {
       results.removeAttribute("aria-busy");
       host.classList.remove("busy");
@@ -184,11 +179,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   async function showOne(id: string): Promise<void> {
     try {
-      const [made] = (await get<GenerateReply>("/api/made", { id })).variants;
+      const [made] = (await get("/api/made", { id })).variants;
       box.value = made.words;
       showVariants([made]);
     } catch (fault) {
-      fill(results, faultState(messageOf(fault)));
+      showFault(results, fault);
     }
   }
 

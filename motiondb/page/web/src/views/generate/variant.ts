@@ -2,7 +2,7 @@
 
 import { post } from "../../api/client.ts";
 import type { Motions } from "../../api/motions.ts";
-import type { MadeReply, Saved } from "../../api/types.ts";
+import type { MadeReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { download, downloadButton, type FileFormat } from "../../parts/download.ts";
@@ -119,7 +119,7 @@ export function makeVariant(
 
   function askName(): void {
     const keep = async (name: string): Promise<void> => {
-      const { capture } = await post<Saved>("/api/made/save", { id: made.id, name });
+      const { capture } = await post("/api/made/save", { id: made.id, name });
       showSaved(capture);
       actions?.notify(`Kept as ${capture}.`);
     };

@@ -1,7 +1,7 @@
 /** Questions to a grammar: parse a capture, what may come next, and how it compares. */
 
 import { get, messageOf, post } from "../../api/client.ts";
-import type { CompareReply, GrammarReply, ParseAnswer, SuggestReply } from "../../api/types.ts";
+import type { CompareReply, GrammarReply, ParseAnswer } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { interval, probability } from "../../parts/text.ts";
@@ -133,12 +133,12 @@ export function makeAsking(): Asking {
   parseForm.addEventListener("submit", (event) => {
     event.preventDefault();
     const name = capture.value.trim();
-    const question = post<ParseAnswer>("/api/grammar/parse", { grammar: facts!.grammar, capture: name });
+    const question = post("/api/grammar/parse", { grammar: facts!.grammar, capture: name });
     void ask(parsed, question, (answer) => showParse(answer, name));
   });
 
   function suggest(): void {
-    const question = get<SuggestReply>("/api/grammar/suggest", {
+    const question = get("/api/grammar/suggest", {
       name: facts!.grammar,
       beginning: beginning.value,
     });
@@ -172,7 +172,7 @@ export function makeAsking(): Asking {
 
   async function compare(): Promise<void> {
     compareButton.disabled = true;
-    const question = get<CompareReply>("/api/grammar/compare", { name: facts!.grammar });
+    const question = get("/api/grammar/compare", { name: facts!.grammar });
     await ask(compared, question, ({ grammars }) => [
       h(
         "div.grammar-table.compared",

@@ -1,8 +1,9 @@
 /** The editor of one sequence: play it, choose a part and derive it again, undo edits. */
 
-import { get, messageOf, post } from "../../api/client.ts";
+import { showFault } from "../../parts/states.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { get, isAbort, post } from "../../api/client.ts";
 import { fill, h } from "../../dom/element.ts";
-import { faultState } from "../../parts/states.ts";
 import type { Context } from "../view.ts";
 import { coloursOf, type TerminalColours } from "./colours.ts";
 import { makeCorners } from "./corners.ts";
@@ -39,7 +40,7 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
   let selection: Selection | null = null;
   let treeShown = false;
   let wanted = "";
-  let asked = 0;
+  const latest = makeLatest();
 
   const corners = makeCorners(context, choose);
   const scene = makeScene(context, corners.element);
@@ -131,8 +132,6 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
 
   /** Request the alternatives of a region; the old ones stay until the answer arrives. */
   async function load(next: Selection | null): Promise<void> {
-    asked += 1;
-    const mine = asked;
     selection = sequence && next && sequence.strip[next.at] ? next : null;
     corners.wait();
     if (!selection) {
@@ -141,17 +140,15 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
     }
     mark();
     showPanel();
-    if (!sequence || !selection) return;
+    if (!sequence || !selection) return void latest();
     const { at, wider, draw } = selection;
     try {
       const body = { id: sequence.id, at, wider, seed: draw };
-      const found = await post<AlternativesReply>("/api/sequences/alternatives", body);
-      if (mine !== asked) return;
-      showAlternatives(found);
+      showAlternatives(await latest(post("/api/sequences/alternatives", body)));
     } catch (problem) {
-      if (mine !== asked) return;
+      if (isAbort(problem)) return;
       corners.say("");
-      fill(panel, faultState(messageOf(problem), [{ label: "Clear", run: () => select(null) }]));
+      showFault(panel, problem, [{ label: "Clear", run: () => select(null) }]);
     }
   }
 
@@ -199,7 +196,7 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
   }
 
   function rest(): void {
-    asked += 1;
+    void latest();
     wanted = "";
     sequence = selection = null;
     corners.say("");
@@ -238,14 +235,14 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
       wanted = id;
       if (sequence?.id !== id) {
         try {
-          const got = await get<SequenceReply>("/api/sequence", { id });
+          const got = await get("/api/sequence", { id });
           if (wanted !== id) return;
           show(got);
         } catch (problem) {
           if (wanted !== id) return;
           sequence = null;
           body.hidden = true;
-          fill(fault, faultState(messageOf(problem)));
+          showFault(fault, problem);
           bar.show(null, false);
           return;
         }

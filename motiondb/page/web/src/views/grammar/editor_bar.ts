@@ -10,7 +10,7 @@ import { sourceList } from "../../parts/sources.ts";
 import { plural, seconds } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
-import type { Saved, SequenceReply } from "../../api/types.ts";
+import type { SequenceReply } from "../../api/types.ts";
 
 export interface EditorBar {
   readonly element: HTMLElement;
@@ -37,7 +37,7 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
   });
   const keep = button("plain", "Keep…", askName, { title: "Keep the sequence as a capture of the database" });
   const save = (format: FileFormat): void => {
-    if (sequence) download([{ ref: sequence.ref }], format).catch(context.fail);
+    if (sequence) download([{ ref: sequence.ref }], format);
   };
   const files = (["bvh", "glb"] as const).map((format) => downloadButton(format, save));
   const tools = h("div.row", undo, redo, tree, keep, files, saved);
@@ -51,7 +51,7 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
     const one = sequence;
     if (!one) return;
     const send = async (name: string): Promise<void> => {
-      const { capture } = await post<Saved>("/api/sequences/save", { id: one.id, name });
+      const { capture } = await post("/api/sequences/save", { id: one.id, name });
       if (sequence?.id === one.id) showSaved(capture);
       context.notify(`Kept as ${capture}.`);
     };

@@ -1,7 +1,8 @@
 /** Choose captures and settings, and learn a grammar from them. */
 
-import { get, messageOf, post } from "../../api/client.ts";
-import type { CapturePage, CaptureRow, JobReply } from "../../api/types.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { get, isAbort, messageOf, post } from "../../api/client.ts";
+import type { CaptureRow, JobReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { openDialog } from "../../parts/asking.ts";
@@ -30,7 +31,7 @@ function capturePicker(change: () => void): Picker {
     on: { input: () => later() },
   });
   let timer = 0;
-  let asked = 0;
+  const latest = makeLatest();
 
   function later(): void {
     clearTimeout(timer);
@@ -69,12 +70,9 @@ function capturePicker(change: () => void): Picker {
   }
 
   async function load(): Promise<void> {
-    asked += 1;
-    const mine = asked;
     try {
       const parameters = { where: filter.value.trim(), sort: "-duration", limit: LISTED };
-      const { captures, total } = await get<CapturePage>("/api/captures", parameters);
-      if (mine !== asked) return;
+      const { captures, total } = await latest(get("/api/captures", parameters));
       const rows = captures.filter((one) => one.kind !== "generated");
       filter.removeAttribute("aria-invalid");
       fill(
@@ -86,7 +84,7 @@ function capturePicker(change: () => void): Picker {
       );
       tell();
     } catch (fault) {
-      if (mine !== asked) return;
+      if (isAbort(fault)) return;
       filter.setAttribute("aria-invalid", "true");
       note.textContent = messageOf(fault);
     }
@@ -200,7 +198,7 @@ export function openGrammarLearning(context: Context, started: (job: JobReply) =
   );
   form.addEventListener("submit", (event) => {
     event.preventDefault();
-    post<JobReply>("/api/grammars", { captures: [...picker.chosen.keys()], ...chosen.body() }).then(
+    post("/api/grammars", { captures: [...picker.chosen.keys()], ...chosen.body() }).then(
       (job) => {
         dialog.close();
         started(job);

@@ -100,7 +100,7 @@ export function jobState(host: HTMLElement, context: Context): void {
     const message = `${job.title}: ${failureOf(job)}`;
     return fill(host, faultState(message, [{ label: "Close", run: close, plain: true }]));
   }
-  const cancel = (): void => void cancelJob(job).catch(context.fail);
+  const cancel = (): void => void cancelJob(job);
   fill(
     host,
     h(

@@ -1,7 +1,7 @@
 /** Questions to a person: whether a terminal can come straight after another, as moving pictures. */
 
 import { get, messageOf, post } from "../../api/client.ts";
-import type { AnswerReply, GrammarQuestion, QuestionsReply } from "../../api/types.ts";
+import type { AnswerReply, GrammarQuestion } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { interval } from "../../parts/text.ts";
@@ -56,7 +56,7 @@ export function makeQuestions(context: Context): Questions {
     begin.disabled = true;
     fill(cards, h("p.muted", "Looking for the pairs that say most…"));
     try {
-      const { questions } = await get<QuestionsReply>("/api/grammar/questions", { name: asked });
+      const { questions } = await get("/api/grammar/questions", { name: asked });
       if (!isStill()) return;
       const none = h("p.muted", "No pair is left whose answer would change the rules.");
       fill(cards, questions.length ? questions.map(card) : none);
@@ -109,7 +109,7 @@ export function makeQuestions(context: Context): Questions {
     choices.forEach((choice) => (choice.disabled = true));
     try {
       const pair = { first: one.first, then: one.then, said: value, author: author.value.trim() };
-      const kept = await post<AnswerReply>("/api/grammar/answers", { grammar, run, ...pair });
+      const kept = await post("/api/grammar/answers", { grammar, run, ...pair });
       said.textContent = kept.obeyed
         ? `${label}: kept.`
         : `${label}: kept, but the captures show this pair, so rules cannot rule it out.`;

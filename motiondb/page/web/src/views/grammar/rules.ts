@@ -42,8 +42,8 @@ export function askTerminalName(context: Context, facts: GrammarReply, terminal:
   const note = "A word such as dribble reads better than a letter. The rules follow.";
   askLine({ title: "Rename a terminal", label, value: terminal, note, yes: "Rename" }, async (to) => {
     const body = { grammar: facts.grammar, run: facts.run, terminal, to };
-    tell(context, `${terminal} is now ${to}.`, await put<GrammarEdited>("/api/grammar/terminal", body));
-    void context.refresh().catch(context.fail);
+    tell(context, `${terminal} is now ${to}.`, await put("/api/grammar/terminal", body));
+    void context.refresh();
   });
 }
 
@@ -69,7 +69,7 @@ export function makeRules(context: Context): RulesPanel {
     const save = async (): Promise<void> => {
       const body = { grammar: edited.grammar, run: edited.run, text: area.value };
       try {
-        const done = await put<GrammarEdited>("/api/grammar/rules", body);
+        const done = await put("/api/grammar/rules", body);
         editing = false;
         tell(context, "The rules are saved.", done);
         await context.refresh();
@@ -98,7 +98,7 @@ export function makeRules(context: Context): RulesPanel {
   async function undo(): Promise<void> {
     const { grammar, run } = facts!;
     try {
-      await post<GrammarEdited>("/api/grammar/undo", { grammar, run });
+      await post("/api/grammar/undo", { grammar, run });
       context.notify("The last edit is taken back.");
       await context.refresh();
     } catch (problem) {

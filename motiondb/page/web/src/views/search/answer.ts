@@ -1,7 +1,7 @@
 /** One answer: it plays the matched interval over the timeline of its take. */
 
 import { get } from "../../api/client.ts";
-import type { CaptureDetails, ShownMatch, MatchPart } from "../../api/types.ts";
+import type { ShownMatch, MatchPart } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { interval, probability, seconds } from "../../parts/text.ts";
@@ -205,7 +205,7 @@ export function makeAnswer(
 
   async function addWords(): Promise<void> {
     wordsButton.remove();
-    const facts = await get<CaptureDetails>("/api/capture", { name: match.capture });
+    const facts = await get("/api/capture", { name: match.capture });
     timeline.setLanes([...lanes, wordLane(facts.recognised)]);
   }
 

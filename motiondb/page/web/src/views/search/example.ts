@@ -1,7 +1,6 @@
 /** The example of a search: a capture or an uploaded file, with the part that is searched for. */
 
 import { ApiError, get, isAbort } from "../../api/client.ts";
-import type { CaptureDetails, DescribeReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
@@ -26,10 +25,10 @@ export function nameOf(ref: string): string {
 
 async function lanesOf(ref: string): Promise<Lane[]> {
   if (ref.startsWith("capture:")) {
-    const facts = await get<CaptureDetails>("/api/capture", { name: nameOf(ref) });
+    const facts = await get("/api/capture", { name: nameOf(ref) });
     return [captionLane(facts.words, facts.duration), symbolLane(facts.segments), wordLane(facts.recognised)];
   }
-  const described = await get<DescribeReply>("/api/describe", { ref });
+  const described = await get("/api/describe", { ref });
   const symbols = described.words.flatMap(({ start, end, symbols: list }) =>
     list.length === 1 ? [{ start, end, symbol: list[0]!, log_likelihood: null, known: true }] : [],
   );

@@ -1,10 +1,9 @@
 /** Search: the answers to the question in the head, or to an example, play side by side. */
 
 import { get, isAbort } from "../../api/client.ts";
-import type { LikeReply, SearchReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { onDrop } from "../../parts/dropping.ts";
-import { amend, go, replace, routeTo } from "../../shell/router.ts";
+import { amend, go, partOf, replace, routeTo } from "../../shell/router.ts";
 import type { Interval } from "../../timeline/timeline.ts";
 import type { Context, OpenView } from "../view.ts";
 import { filterOf } from "../catalogue/filter.ts";
@@ -53,7 +52,7 @@ const BESIDE = {
 
 export function open(host: HTMLElement, context: Context): OpenView {
   let wanted = {} as Wanted;
-  let asked = "";
+  let asked: string | null = null;
   let abort = new AbortController();
   let example: Example | null = null;
 
@@ -182,12 +181,12 @@ export function open(host: HTMLElement, context: Context): OpenView {
       const rest = { where: filterOf(wanted.where), limit: wanted.limit || "10" };
       if (beside) {
         const asked = { [beside.parameter]: wanted[kind!], words: wanted.q, ...rest };
-        const answer = await get<LikeReply>(beside.route, asked, signal);
+        const answer = await get(beside.route, asked, signal);
         const read = wanted.q ? `Read as: ${answer.read_as}; ` : "Answers are ";
         fill(understood, h("p.small.muted", `${read}${beside.said}`));
         answers.show(answer, wanted.where !== "");
       } else if (wanted.q) {
-        const answer = await get<SearchReply>(...wordsQuery(new URLSearchParams({ ...wanted })), signal);
+        const answer = await get(...wordsQuery(new URLSearchParams({ ...wanted })), signal);
         fill(
           understood,
           questionElement(
@@ -201,7 +200,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
         );
         answers.show(answer, wanted.where !== "");
       } else {
-        const answer = await get<LikeReply>(
+        const answer = await get(
           "/api/like",
           { ref: wanted.like, start: wanted.start, end: wanted.end, ...rest },
           signal,
@@ -253,7 +252,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       path.value = wanted.path;
       rhythm.value = wanted.rhythm;
       if (wanted.where || wanted.exact || wanted.symbols || wanted.path || wanted.rhythm) more.open = true;
-      const key = JSON.stringify(wanted);
+      const key = partOf(parameters, NAMES);
       if (key === asked) return;
       asked = key;
       showExample();

@@ -45,11 +45,7 @@ export function makeSelection(context: Context): Selection {
     [...chosen.values()].map(({ ref, start, end }) => (whole.checked ? { ref } : { ref, start, end }));
 
   async function save(format: FileFormat): Promise<void> {
-    try {
-      await download(items(), format);
-    } catch (fault) {
-      context.fail(fault);
-    }
+    await download(items(), format);
   }
 
   /** Compare the selected answers; one alone is added to the last comparison. */

@@ -1,6 +1,7 @@
 /** The part of the library that is worth training on: a share, and what it covers of the map. */
 
-import { get, messageOf } from "../../api/client.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { get, isAbort, messageOf } from "../../api/client.ts";
 import type { ChoiceReply } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
 import { plural } from "../../parts/text.ts";
@@ -38,18 +39,16 @@ export function makeChoice(show: (reply: ChoiceReply) => void): { readonly eleme
     percent,
     said,
   );
-  let asked = 0;
+  const latest = makeLatest();
 
   async function choose(): Promise<void> {
-    const mine = ++asked;
     said.textContent = "Choosing…";
     try {
-      const reply = await get<ChoiceReply>("/api/choice", { share: Number(slider.value) / 100 });
-      if (mine !== asked) return;
+      const reply = await latest(get("/api/choice", { share: Number(slider.value) / 100 }));
       said.textContent = choiceText(reply);
       show(reply);
     } catch (fault) {
-      if (mine === asked) said.textContent = messageOf(fault);
+      if (!isAbort(fault)) said.textContent = messageOf(fault);
     }
   }
 

@@ -66,7 +66,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   async function load(): Promise<void> {
     try {
-      space = await get<SpaceReply>("/api/symbols");
+      space = await get("/api/symbols");
     } catch (fault) {
       fill(host, notLearned(fault, context) ?? faultState(messageOf(fault)));
       return;
@@ -195,41 +195,37 @@ export function open(host: HTMLElement, context: Context): OpenView {
     list: HTMLElement,
     offset: number,
   ): Promise<void> {
-    try {
-      const answer = await get<SegmentsReply>("/api/symbol", { symbol, offset, limit: PAGE });
-      if (chosen !== symbol) return;
-      list.append(
-        ...answer.segments.map((segment) =>
+    const answer = await get("/api/symbol", { symbol, offset, limit: PAGE });
+    if (chosen !== symbol) return;
+    list.append(
+      ...answer.segments.map((segment) =>
+        h(
+          "li",
+          button("link", segment.capture, () => play(box, segment), { title: "Play this segment" }),
+          h("span.muted.time", ` ${interval(segment.start, segment.end)} `),
           h(
-            "li",
-            button("link", segment.capture, () => play(box, segment), { title: "Play this segment" }),
-            h("span.muted.time", ` ${interval(segment.start, segment.end)} `),
-            h(
-              "a.link",
-              {
-                href: routeTo("search", {
-                  like: segment.ref,
-                  start: segment.start.toFixed(3),
-                  end: segment.end.toFixed(3),
-                }),
-              },
-              "more like this",
-            ),
+            "a.link",
+            {
+              href: routeTo("search", {
+                like: segment.ref,
+                start: segment.start.toFixed(3),
+                end: segment.end.toFixed(3),
+              }),
+            },
+            "more like this",
           ),
         ),
-      );
-      const next = offset + answer.segments.length;
-      if (next < answer.total) {
-        const more = button("plain", `${answer.total - next} more`, () => {
-          more.remove();
-          void moreSegments(symbol, box, list, next);
-        });
-        list.after(more);
-      }
-      if (offset === 0 && answer.segments[0]) play(box, answer.segments[0]);
-    } catch (fault) {
-      context.fail(fault);
+      ),
+    );
+    const next = offset + answer.segments.length;
+    if (next < answer.total) {
+      const more = button("plain", `${answer.total - next} more`, () => {
+        more.remove();
+        void moreSegments(symbol, box, list, next);
+      });
+      list.after(more);
     }
+    if (offset === 0 && answer.segments[0]) play(box, answer.segments[0]);
   }
 
   function heading(facts: PlacedSymbol): HTMLElement {

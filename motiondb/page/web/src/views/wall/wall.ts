@@ -1,7 +1,8 @@
 /** The opening: captures move in their best seconds, and the question box stands in the middle. */
 
-import { dropEarly, get, prefetch } from "../../api/client.ts";
-import type { WallReply, WallTile } from "../../api/types.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { dropEarly, get, isAbort, prefetch } from "../../api/client.ts";
+import type { WallTile } from "../../api/types.ts";
 import { isActive, stepOf } from "../../api/jobs.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
@@ -65,7 +66,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   const wall = h("div.wall", box);
   let tiles = new Map<string, HTMLElement>();
   let asked = -1;
-  let loads = 0;
+  const latest = makeLatest();
   let leaving = 0;
   let size = "";
   let drawn = -1; // The revision of the tiles
@@ -95,21 +96,18 @@ export function open(host: HTMLElement, context: Context): OpenView {
     const room = layOut(host.clientWidth, host.clientHeight);
     const { columns, rows, across, down } = room;
     const { revision } = context.status();
-    const now = JSON.stringify([room, revision]);
+    const now = [columns, rows, ...across, ...down, revision].join(" ");
     if (now === size || host.clientWidth === 0) return;
     size = now; // news that comes meanwhile does not ask again
-    loads += 1;
-    const mine = loads;
     wall.style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;
     wall.style.gridTemplateRows = `repeat(${rows}, minmax(0, 1fr))`;
     box.style.gridColumn = `${across[0] + 1} / ${across[1] + 1}`;
     box.style.gridRow = `${down[0] + 1} / ${down[1] + 1}`;
     const count = columns * rows - (across[1] - across[0]) * (down[1] - down[0]);
-    const reply = await get<WallReply>("/api/wall", { count: Math.min(count, MOST) }).catch((fault) => {
-      if (mine === loads) size = "";
+    const reply = await latest(get("/api/wall", { count: Math.min(count, MOST) })).catch((fault) => {
+      if (!isAbort(fault)) size = "";
       throw fault;
     });
-    if (mine !== loads) return; // a later one is on its way
     if (revision !== drawn) context.motions.forget();
     const kept = revision === drawn ? tiles : new Map<string, HTMLElement>();
     const shown = new Map(reply.tiles.map((one) => [one.capture, kept.get(one.capture) ?? tile(one)]));
@@ -168,11 +166,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
     }
     if (!wall.isConnected) fill(host, wall);
     showWork();
-    load().catch(context.fail);
+    load();
     offer().catch(() => undefined); // the box is there without them
   }
 
-  const sized = new ResizeObserver(() => wall.isConnected && void load().catch(context.fail));
+  const sized = new ResizeObserver(() => wall.isConnected && void load());
   sized.observe(host);
   const endDrops = canWrite ? onDrop(host, (files) => openAdding(context, files)) : null;
   show();
