@@ -7,22 +7,10 @@ import { pan, turn, zoom } from "./camera.ts";
 import { castColours } from "./cast_colours.ts";
 import { advance, changeSpeed, seek, SPEEDS, step, toggle } from "./playback.ts";
 import { steer } from "./pointer.ts";
-import { makeScreen, spanOf, type Screen, type Shown, type Switches } from "./screen.ts";
+import { makeScreen, spanOf, type Shown, type Switches } from "./screen.ts";
 import type { Stage } from "./stage.ts";
 import { showKeys } from "./keys.ts";
 import { makeNames } from "./names.ts";
-
-export interface Player {
-  readonly element: HTMLElement;
-  readonly screen: Screen;
-  show(shown: Shown, keepCamera?: boolean): void;
-  play(): void;
-  seek(time: number): void;
-  onTime(listener: (time: number) => void): void;
-  /** A message over the picture; an empty one removes it. */
-  say(message: string): void;
-  close(): void;
-}
 
 export interface PlayerOptions {
   label: string;
@@ -46,7 +34,7 @@ function tool(name: IconName, label: string, click: () => void): HTMLButtonEleme
 }
 
 /** Make a player. */
-export function makePlayer(stage: Stage, options: PlayerOptions): Player {
+export function makePlayer(stage: Stage, options: PlayerOptions) {
   const canvas = h("canvas.player-canvas", {
     tabindex: 0,
     role: "img",
@@ -185,7 +173,7 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
   return {
     element,
     screen,
-    show(shown, keepCamera = false) {
+    show(shown: Shown, keepCamera = false): void {
       const colours = shown.colours ?? castColours(shown.tracks);
       screen.show({ ...shown, ...(colours ? { colours } : {}) });
       names.show(shown.tracks, shown.shifts);
@@ -200,13 +188,16 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
       message.textContent = "";
       refresh();
     },
-    play() {
+    play(): void {
       screen.setPlayback({ ...advance(screen.playback, 0), playing: true });
       refresh();
     },
-    seek: (time) => screen.setPlayback(seek(screen.playback, time)),
-    onTime: (listener) => screen.onTime(listener),
-    say: (text) => void (message.textContent = text),
+    seek: (time: number) => screen.setPlayback(seek(screen.playback, time)),
+    onTime: (listener: (time: number) => void) => screen.onTime(listener),
+    /** A message over the picture; an empty one removes it. */
+    say: (text: string) => void (message.textContent = text),
     close: () => screen.close(),
   };
 }
+
+export type Player = ReturnType<typeof makePlayer>;

@@ -61,19 +61,6 @@ interface Entry {
   rough: number | null;
 }
 
-export interface Stage {
-  readonly available: boolean;
-  /** Start drawing a view; returns a function that stops it. */
-  add(view: StageView): () => void;
-  /**
-   * Let everything stand still while an answer is awaited, or go on. A processor that draws figures
-   * has no time to answer and to draw the answers; with a graphics processor nothing rests.
-   */
-  rest(resting: boolean): void;
-  /** Whether everything stands still now, small figures as well. */
-  readonly resting: boolean;
-}
-
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
 /**
@@ -108,7 +95,7 @@ function makeRenderer(antialias: boolean): THREE.WebGLRenderer | null {
 }
 
 /** Make the stage; the renderer is made with the first view. */
-export function makeStage(): Stage {
+export function makeStage() {
   const entries = new Map<Element, Entry>();
   let renderer: THREE.WebGLRenderer | null | undefined;
   let software = false;
@@ -224,14 +211,20 @@ export function makeStage(): Stage {
       begin();
       return renderer !== null;
     },
+    /** Whether everything stands still now, small figures as well. */
     get resting() {
       return resting && software;
     },
-    rest(next) {
+    /**
+     * Let everything stand still while an answer is awaited, or go on. A processor that draws figures
+     * has no time to answer and to draw the answers; with a graphics processor nothing rests.
+     */
+    rest(next: boolean): void {
       resting = next;
       if (!next) for (const entry of entries.values()) entry.last = performance.now();
     },
-    add(view) {
+    /** Start drawing a view; returns a function that stops it. */
+    add(view: StageView): () => void {
       begin();
       colours ??= stageColours();
       view.recolour(colours);
@@ -257,3 +250,5 @@ export function makeStage(): Stage {
     },
   };
 }
+
+export type Stage = ReturnType<typeof makeStage>;

@@ -7,14 +7,7 @@ import { searchByFile } from "../views/search/by_file.ts";
 import type { Context } from "../views/view.ts";
 import { go, parseRoute, routeTo } from "./router.ts";
 
-export interface QuestionBox {
-  readonly element: HTMLElement;
-  /** Show the question of the present address; "" where there is none. */
-  show(question: string): void;
-  focus(): void;
-}
-
-export function makeQuestionBox(context: Context): QuestionBox {
+export function makeQuestionBox(context: Context) {
   const box = h("input.question-box", {
     id: "question",
     type: "search",
@@ -66,11 +59,12 @@ export function makeQuestionBox(context: Context): QuestionBox {
   });
   return {
     element,
-    show(question) {
+    /** Show the question of the present address; "" where there is none. */
+    show(question: string): void {
       if (question !== known) box.value = question; // what somebody is typing stays
       known = question;
     },
-    focus() {
+    focus(): void {
       box.focus();
       box.select();
     },

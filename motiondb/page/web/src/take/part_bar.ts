@@ -5,11 +5,6 @@ import { h, type Child } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";
 import type { Interval } from "../timeline/timeline.ts";
 
-export interface PartBar {
-  readonly element: HTMLElement;
-  show(part: Interval | null, duration: number): void;
-}
-
 /** Shortest part that can be typed, seconds: about three frames. */
 const SHORTEST = 0.1;
 
@@ -17,7 +12,7 @@ export function makePartBar(
   actions: readonly { label: string; run: (part: Interval) => void }[],
   change: (part: Interval | null) => void,
   more: Child = null,
-): PartBar {
+) {
   let part: Interval | null = null;
   let whole = 0;
   const from = number("Start of the part, seconds");
@@ -58,7 +53,7 @@ export function makePartBar(
   );
   return {
     element: h("div.part-bar", hint, fields),
-    show(next, duration) {
+    show(next: Interval | null, duration: number): void {
       part = next;
       whole = duration;
       hint.hidden = next !== null;

@@ -7,16 +7,6 @@ import { niceTicks } from "./ticks.ts";
 
 export type Interval = readonly [start: number, end: number];
 
-export interface Timeline {
-  readonly element: HTMLElement;
-  setLanes(lanes: readonly Lane[]): void;
-  setTime(time: number): void;
-  /** The highlighted part: the interval that a question matched. */
-  setLit(parts: readonly Interval[], likely: readonly boolean[]): void;
-  readonly selection: Interval | null;
-  setSelection(selection: Interval | null): void;
-}
-
 export interface TimelineOptions {
   duration: number;
   label: string;
@@ -40,7 +30,7 @@ const GRIP = 7;
 const NEAREST = 2;
 const NEARER = 1.6;
 
-export function makeTimeline(options: TimelineOptions): Timeline {
+export function makeTimeline(options: TimelineOptions) {
   const { duration } = options;
   const percent = (time: number): string => `${(Math.min(Math.max(time, 0), duration) / duration) * 100}%`;
   const cursor = h("div.timeline-cursor");
@@ -192,7 +182,7 @@ export function makeTimeline(options: TimelineOptions): Timeline {
 
   return {
     element,
-    setLanes(lanes) {
+    setLanes(lanes: readonly Lane[]): void {
       shown = lanes.filter((lane) => lane.blocks.length > 0);
       more.hidden = true;
       fill(
@@ -200,12 +190,13 @@ export function makeTimeline(options: TimelineOptions): Timeline {
         shown.map((lane, n) => laneElement(lane, n, percent, duration)),
       );
     },
-    setTime(time) {
+    setTime(time: number): void {
       cursor.style.left = percent(time);
       if (nearness > 1) keepInSight(shownTime, time);
       shownTime = time;
     },
-    setLit(parts, likely) {
+    /** The highlighted part: the interval that a question matched. */
+    setLit(parts: readonly Interval[], likely: readonly boolean[]): void {
       fill(
         litLayer,
         parts.map(([start, end], i) =>
@@ -219,12 +210,14 @@ export function makeTimeline(options: TimelineOptions): Timeline {
     get selection() {
       return selection;
     },
-    setSelection(next) {
+    setSelection(next: Interval | null): void {
       selection = next;
       showSelection();
     },
   };
 }
+
+export type Timeline = ReturnType<typeof makeTimeline>;
 
 function classOf(block: Block): string {
   const { faint, missing, colour } = block;

@@ -2,11 +2,6 @@
 
 import { fill, h, svg } from "../../dom/element.ts";
 
-export interface ErrorCurve {
-  readonly element: HTMLElement;
-  show(curve: readonly (readonly [number, number])[]): void;
-}
-
 const SIZE = { width: 320, height: 76, left: 44, bottom: 16 };
 
 /** Points of the picture for a curve of [share, error]; errors that are not positive are left out. */
@@ -38,11 +33,11 @@ export function triesOf(points: readonly (readonly [number, number])[]): (readon
 
 const short = (value: number): string => (value >= 100 ? value.toFixed(0) : value.toPrecision(2));
 
-export function makeErrorCurve(): ErrorCurve {
+export function makeErrorCurve() {
   const element = h("div.board-curve");
   return {
     element,
-    show(curve) {
+    show(curve: readonly (readonly [number, number])[]): void {
       const known = curve.filter(([, error]) => error > 0).map(([, error]) => error);
       if (known.length < 2) {
         element.replaceChildren();

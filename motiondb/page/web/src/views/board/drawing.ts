@@ -23,13 +23,6 @@ export interface DrawingActions {
   bend(index: number, at: Spot): void;
 }
 
-export interface Drawing {
-  readonly element: HTMLElement;
-  show(diagram: DiagramShape, board: BoardReply | null, selection: Selection, tool: string): void;
-  /** Show where the players of the scene are now; none: they are where they were drawn. */
-  setTokens(tokens: readonly Token[]): void;
-}
-
 const MARGIN = 0.6;
 /** Metres that an arrow key moves something by; with Shift. */
 const STEP = { plain: 0.1, shift: 0.5 };
@@ -50,7 +43,7 @@ export function nameOf({ elements }: DiagramShape, index: number): string {
   return `step ${step}: ${player} ${kind.replace("_", " ")}${about}`;
 }
 
-export function makeDrawing(actions: DrawingActions): Drawing {
+export function makeDrawing(actions: DrawingActions) {
   const element = h("div.board-court");
   let diagram: DiagramShape | null = null;
   let board: BoardReply | null = null;
@@ -371,11 +364,17 @@ export function makeDrawing(actions: DrawingActions): Drawing {
 
   return {
     element,
-    show(nextDiagram, nextBoard, nextSelection, nextTool) {
+    show(
+      nextDiagram: DiagramShape,
+      nextBoard: BoardReply | null,
+      nextSelection: Selection,
+      nextTool: string,
+    ): void {
       [diagram, board, selection, tool] = [nextDiagram, nextBoard, nextSelection, nextTool];
       draw();
     },
-    setTokens(next) {
+    /** Show where the players of the scene are now; none: they are where they were drawn. */
+    setTokens(next: readonly Token[]): void {
       element.classList.toggle("playing", next.length > 0);
       tokens.show(next);
     },

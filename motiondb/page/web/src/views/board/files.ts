@@ -18,17 +18,11 @@ export interface FileActions {
   saved(board: BoardReply): void;
 }
 
-export interface Files {
-  readonly element: HTMLElement;
-  list(chosen: string, grammars: readonly string[]): Promise<void>;
-  editText(): void;
-}
-
 const ENDING = ".tactics";
 /** Begins the value of a new board of a grammar; names of boards hold no such sign. */
 const NEW = "new:";
 
-export function makeFiles(context: Context, actions: FileActions): Files {
+export function makeFiles(context: Context, actions: FileActions) {
   const select = h("select.field", {
     id: "board-name",
     on: {
@@ -103,7 +97,7 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       button("plain", "Text…", editText),
     ),
     editText,
-    async list(chosen, grammars) {
+    async list(chosen: string, grammars: readonly string[]): Promise<void> {
       const { boards } = await get("/api/boards");
       const option = (one: BoardFile): HTMLElement =>
         h("option", { value: one.name, selected: one.name === chosen }, one.title);
@@ -122,3 +116,5 @@ export function makeFiles(context: Context, actions: FileActions): Files {
     },
   };
 }
+
+export type Files = ReturnType<typeof makeFiles>;

@@ -17,30 +17,12 @@ import { makeCourt, type CourtPlan } from "../../player/court.ts";
 import { tokensAt, type Token } from "./tokens.ts";
 import type { DiagramShape, JobReply } from "../../api/types.ts";
 
-export interface Making {
-  readonly element: HTMLElement;
-  /** The scene on screen; null before the first. */
-  readonly scene: string | null;
-  make(text: string, seed: number): void;
-  /** Update the current scene to a changed diagram; without a scene nothing happens. */
-  update(board: { text: string } | { diagram: DiagramShape }): void;
-  /** Show no scene: another play begins. */
-  clear(): void;
-  /** Draw the ground of the board under the scene. */
-  setGround(plan: CourtPlan): void;
-  /** Let the people of the drawing stand there, while there is no scene. */
-  stand(tracks: Track[]): void;
-  /** Show a scene, or watch a job that makes one. */
-  open(scene: string | null, job: string | null): void;
-  close(): void;
-}
-
 export function makeMaking(
   context: Context,
   went: (state: { scene?: string; job?: string | null; text?: string }) => void,
   /** Where everybody is now; nobody at the beginning of a scene that does not play. */
   moved: (tokens: readonly Token[]) => void,
-): Making {
+) {
   const player = makePlayer(context.stage, { label: "The scene" });
   const court = makeCourt(player.screen);
   let playing: readonly Track[] = [];
@@ -229,17 +211,20 @@ export function makeMaking(
 
   return {
     element,
+    /** The scene on screen; null before the first. */
     get scene() {
       return scene;
     },
-    make(text, seed) {
+    make(text: string, seed: number): void {
       curve.show([]);
       void begin("/api/scenes", { text, seed });
     },
-    update(board) {
+    /** Update the current scene to a changed diagram; without a scene nothing happens. */
+    update(board: { text: string } | { diagram: DiagramShape }): void {
       if (scene) void begin("/api/scenes/update", { scene, ...board });
     },
-    clear() {
+    /** Show no scene: another play begins. */
+    clear(): void {
       stop();
       scene = null;
       playing = [];
@@ -249,22 +234,27 @@ export function makeMaking(
       curve.show([]);
       moved([]);
     },
-    setGround(plan) {
+    /** Draw the ground of the board under the scene. */
+    setGround(plan: CourtPlan): void {
       const { width, length, left, back } = plan.ground;
       const size = [width, length, left, back].join(" ");
       if (size !== ground) stands = false; // those of another ground are looked at from elsewhere
       ground = size;
       court.show(plan);
     },
+    /** Let the people of the drawing stand there, while there is no scene. */
     stand,
-    open(ref, job) {
+    /** Show a scene, or watch a job that makes one. */
+    open(ref: string | null, job: string | null): void {
       if (job && job !== watched?.id) watch(job);
       else if (ref && ref !== scene) void show(ref);
     },
-    close() {
+    close(): void {
       stop();
       court.close();
       player.close();
     },
   };
 }
+
+export type Making = ReturnType<typeof makeMaking>;

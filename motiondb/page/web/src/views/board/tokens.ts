@@ -14,11 +14,6 @@ export interface Token {
   at: Spot;
 }
 
-export interface Tokens {
-  readonly element: SVGElement;
-  show(tokens: readonly Token[]): void;
-}
-
 /** Where everybody is at a time of a scene. */
 export function tokensAt(tracks: readonly Track[], time: number): Token[] {
   return tracks
@@ -33,12 +28,12 @@ export function tokensAt(tracks: readonly Track[], time: number): Token[] {
 }
 
 /** Make the layer of tokens of a board. */
-export function makeTokens(): Tokens {
+export function makeTokens() {
   const element = svg("g.board-tokens", { "aria-hidden": "true" });
   let drawn = "";
   return {
     element,
-    show(tokens) {
+    show(tokens: readonly Token[]): void {
       const cast = tokens.map((one) => `${one.team} ${one.name}`).join("|");
       if (cast !== drawn) {
         drawn = cast;

@@ -26,17 +26,6 @@ import type { Context } from "../view.ts";
 import { isEditing, makeCaptionList, type WordsActions } from "./editing.ts";
 import { addressWith } from "../compare/address.ts";
 
-export interface Details {
-  readonly element: HTMLElement;
-  /** Show a capture, with a part of it and a moment if an address names them. */
-  show(name: string, place: Place): Promise<void>;
-  /** Choose a part of the shown capture. */
-  select(part: Interval | null): void;
-  /** Ask again for the facts of the shown capture; the player goes on. */
-  reload(): Promise<void>;
-  close(): void;
-}
-
 /** All lanes that are known of a capture. */
 export function lanesOf(facts: CaptureDetails): Lane[] {
   return [
@@ -63,7 +52,7 @@ export function makeDetails(
   leave: () => void,
   /** Another part, or another moment, is shown. */
   moved: (place: Partial<Place>) => void,
-): Details {
+) {
   let facts: CaptureDetails | null = null;
   let name = "";
   const title = h("h2", { tabindex: -1 });
@@ -194,7 +183,8 @@ export function makeDetails(
 
   return {
     element,
-    async show(next, { part, time }) {
+    /** Show a capture, with a part of it and a moment if an address names them. */
+    async show(next: string, { part, time }: Place): Promise<void> {
       name = next;
       clearTimeout(timer);
       title.textContent = name;
@@ -227,7 +217,8 @@ export function makeDetails(
       requestAnimationFrame(() => requestAnimationFrame(() => name === next && context.stage.rest(false)));
       await ready;
     },
-    async reload() {
+    /** Ask again for the facts of the shown capture; the player goes on. */
+    async reload(): Promise<void> {
       const asked = name;
       try {
         const answer = await get("/api/capture", { name: asked, described: false });
@@ -239,7 +230,8 @@ export function makeDetails(
         if (name === asked && fault instanceof ApiError && fault.status === 404) leave(); // removed
       }
     },
-    select: (part) => {
+    /** Choose a part of the shown capture. */
+    select: (part: Interval | null) => {
       const before = take.selection;
       if (part?.[0] !== before?.[0] || part?.[1] !== before?.[1]) take.select(part);
     },
@@ -250,6 +242,8 @@ export function makeDetails(
     },
   };
 }
+
+export type Details = ReturnType<typeof makeDetails>;
 
 function copiesOf(facts: CaptureDetails): Child {
   if (facts.relations.length === 0) return null;

@@ -18,26 +18,8 @@ export function withWholeWords(captions: readonly Caption[], line: string): Capt
   return [...whole, ...captions.filter((one) => one.start !== null)];
 }
 
-export interface WordsActions {
-  /**
-   * Replace all captions of a capture; resolves with the new captions, or null on failure.
-   * `before`: the captions that were edited. Where others are there now, the user is asked.
-   */
-  replace(
-    capture: string,
-    captions: readonly Caption[],
-    before: readonly Caption[],
-  ): Promise<WordsEdited | null>;
-  /** Add a caption to a part of a capture. */
-  addPart(capture: string, words: string, start: number, end: number): Promise<WordsEdited | null>;
-  undo(): Promise<void>;
-}
-
 /** Word edits, each announced with a way to undo it. */
-export function makeWordsActions(
-  context: Context,
-  edited: (capture: string, words: Caption[]) => void,
-): WordsActions {
+export function makeWordsActions(context: Context, edited: (capture: string, words: Caption[]) => void) {
   async function run(request: () => Promise<WordsEdited>): Promise<WordsEdited | null> {
     try {
       const answer = await request();
@@ -94,12 +76,19 @@ export function makeWordsActions(
   }
 
   return {
+    /**
+     * Replace all captions of a capture; resolves with the new captions, or null on failure.
+     * `before`: the captions that were edited. Where others are there now, the user is asked.
+     */
     replace,
-    addPart: (capture, words, start, end) =>
+    /** Add a caption to a part of a capture. */
+    addPart: (capture: string, words: string, start: number, end: number) =>
       run(() => post("/api/words", { capture, words, start, end, keep: true })),
     undo,
   };
 }
+
+export type WordsActions = ReturnType<typeof makeWordsActions>;
 
 /** Whether words are being typed somewhere in an element: it must not be drawn again then. */
 export function isEditing(element: HTMLElement): boolean {
@@ -143,16 +132,8 @@ export function editInPlace(
   input.setSelectionRange(0, value.length, "backward"); // of a long line the beginning is seen
 }
 
-export interface CaptionList {
-  readonly element: HTMLElement;
-  show(capture: string, captions: readonly Caption[], canEdit: boolean): void;
-}
-
 /** The captions of one capture: each can be changed, removed, or played. */
-export function makeCaptionList(
-  actions: WordsActions,
-  play: (start: number, end: number) => void,
-): CaptionList {
+export function makeCaptionList(actions: WordsActions, play: (start: number, end: number) => void) {
   const element = h("div.captions");
   let shown = "";
 
@@ -204,7 +185,7 @@ export function makeCaptionList(
 
   return {
     element,
-    show(capture, captions, canEdit) {
+    show(capture: string, captions: readonly Caption[], canEdit: boolean): void {
       const former = element.querySelector<HTMLInputElement>("form input");
       const typed = shown === capture ? (former?.value ?? "") : "";
       const focused = former !== null && document.activeElement === former;

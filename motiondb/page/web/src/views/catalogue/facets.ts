@@ -7,16 +7,9 @@ import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { combine, type Pick } from "./filter.ts";
 
-export interface Facets {
-  readonly element: HTMLElement;
-  load(typed: string, picks: readonly Pick[]): Promise<void>;
-  /** The columns and tags that are offered, with or without values to choose from. */
-  columns(): string[];
-}
-
 const SHOWN = 8;
 
-export function makeFacets(toggle: (pick: Pick) => void): Facets {
+export function makeFacets(toggle: (pick: Pick) => void) {
   const element = h("div.facets");
   const opened = new Set<string>();
   const latest = makeLatest();
@@ -68,8 +61,9 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
 
   return {
     element,
+    /** The columns and tags that are offered, with or without values to choose from. */
     columns: () => last?.facets.map(({ column }) => column) ?? [],
-    async load(typed, picks) {
+    async load(typed: string, picks: readonly Pick[]): Promise<void> {
       const ask = (without = ""): Promise<FacetsReply> =>
         get("/api/facets", { where: combine(typed, picks, without) });
       // A column with picks shows how many captures its other values have: its facets are requested

@@ -7,27 +7,8 @@ const PAGE = 100;
 /** The largest page that the server gives. */
 const MOST = 1000;
 
-export interface Rows {
-  readonly total: number;
-  at(index: number): CaptureRow | null;
-  /** Ask for the rows of a range that are not there yet. */
-  want(start: number, end: number): void;
-  /** Begin again with a filter and an order; resolves when the first page is there. */
-  ask(where: string, sort: string, find?: string): Promise<void>;
-  /** The number of the row that was asked for by name; null: it is not among these. */
-  readonly found: number | null;
-  /** The index of a capture among the rows that are there, or -1. */
-  find(name: string): number;
-  /** The names of a range of rows, both ends included, also of those that have not arrived. */
-  names(low: number, high: number): Promise<string[]>;
-  /** The tags of the rows that are there. */
-  tags(): string[];
-  /** Replace a row that was edited. */
-  replace(row: CaptureRow): void;
-}
-
 /** `arrived` is called when rows came; `failed` when they could not. */
-export function makeRows(arrived: () => void, failed: (fault: unknown) => void): Rows {
+export function makeRows(arrived: () => void, failed: (fault: unknown) => void) {
   let pages = new Map<number, CaptureRow[] | "asked">();
   let total = 0;
   let where = "";
@@ -55,7 +36,8 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
     get total() {
       return total;
     },
-    want(start, end) {
+    /** Ask for the rows of a range that are not there yet. */
+    want(start: number, end: number): void {
       for (let page = Math.floor(start / PAGE); page * PAGE < end; page += 1) {
         if (pages.has(page)) continue;
         const asked = pages;
@@ -65,10 +47,12 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
         });
       }
     },
+    /** The number of the row that was asked for by name; null: it is not among these. */
     get found() {
       return found;
     },
-    async ask(nextWhere, nextSort, find) {
+    /** Begin again with a filter and an order; resolves when the first page is there. */
+    async ask(nextWhere: string, nextSort: string, find?: string): Promise<void> {
       current.abort();
       current = new AbortController();
       const { signal } = current;
@@ -81,7 +65,8 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
       found = find ? (answer.found ?? null) : null;
       pages = new Map([[0, answer.captures]]);
     },
-    find(name) {
+    /** The index of a capture among the rows that are there, or -1. */
+    find(name: string): number {
       for (const [page, rows] of pages) {
         if (rows === "asked") continue;
         const at = rows.findIndex((row) => row.name === name);
@@ -89,7 +74,8 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
       }
       return -1;
     },
-    async names(low, high) {
+    /** The names of a range of rows, both ends included, also of those that have not arrived. */
+    async names(low: number, high: number): Promise<string[]> {
       const names: string[] = [];
       for (let i = low; i <= high; i += 1) {
         const row = at(i);
@@ -106,11 +92,13 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
       }
       return names;
     },
+    /** The tags of the rows that are there. */
     tags: () =>
       [...pages.values()].flatMap((page) =>
         page === "asked" ? [] : page.flatMap((row) => Object.keys(row.tags)),
       ),
-    replace(row) {
+    /** Replace a row that was edited. */
+    replace(row: CaptureRow): void {
       for (const rows of pages.values()) {
         if (rows === "asked") continue;
         const at = rows.findIndex((one) => one.name === row.name);
@@ -119,3 +107,5 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
     },
   };
 }
+
+export type Rows = ReturnType<typeof makeRows>;

@@ -14,12 +14,7 @@ import { routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
 import { quoted } from "./filter.ts";
 
-export interface Selections {
-  /** Show them in an element, now and when the database has changed. */
-  show(host: HTMLElement): Promise<void>;
-}
-
-export function makeSelections(context: Context): Selections {
+export function makeSelections(context: Context) {
   const opened = new Set<string>();
   const canWrite = !context.status().read_only;
   const latest = makeLatest();
@@ -112,7 +107,8 @@ export function makeSelections(context: Context): Selections {
   }
 
   return {
-    async show(host) {
+    /** Show them in an element, now and when the database has changed. */
+    async show(host: HTMLElement): Promise<void> {
       try {
         const { selections } = await latest(get("/api/selections"));
         if (selections.length === 0) {
@@ -132,3 +128,5 @@ export function makeSelections(context: Context): Selections {
     },
   };
 }
+
+export type Selections = ReturnType<typeof makeSelections>;

@@ -10,19 +10,13 @@ export interface Curve {
   difference: Difference;
 }
 
-export interface Curves {
-  readonly element: HTMLElement;
-  show(curves: readonly Curve[], points: readonly string[], duration: number): void;
-  setTime(time: number): void;
-}
-
 const HEIGHT = 64;
 /** The scale is at least this, metres: the curves of like motions stay low. */
 const LEAST = 0.2;
 
 const centimetres = (metres: number): string => `${Math.round(metres * 100)} cm`;
 
-export function makeCurves(): Curves {
+export function makeCurves() {
   const element = h("div.compare-curves");
   const cursor = svg("line.compare-cursor", { y1: 0, y2: HEIGHT });
   const now = h("ul.plain.small.compare-now");
@@ -57,7 +51,7 @@ export function makeCurves(): Curves {
 
   return {
     element,
-    show(curves, names, duration) {
+    show(curves: readonly Curve[], names: readonly string[], duration: number): void {
       shown = curves;
       points = names;
       if (curves.length === 0) return element.replaceChildren();

@@ -8,11 +8,6 @@ import { interval, probability } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
 import { coloursOf, type TerminalColours } from "./colours.ts";
 
-export interface Asking {
-  readonly element: HTMLElement;
-  show(facts: GrammarReply): void;
-}
-
 const percent = (share: number | null): string => (share === null ? "–" : `${Math.round(share * 100)}%`);
 
 /** What is compared, each with what stands in its row. */
@@ -26,7 +21,7 @@ const COMPARED: readonly [string, (row: CompareReply["grammars"][number]) => Chi
   ["outside", (row) => percent(row.outside)],
 ];
 
-export function makeAsking(): Asking {
+export function makeAsking() {
   let facts: GrammarReply | null = null;
   let colours: TerminalColours = coloursOf([]);
 
@@ -208,7 +203,7 @@ export function makeAsking(): Asking {
 
   return {
     element,
-    show(shown) {
+    show(shown: GrammarReply): void {
       if (facts && (facts.grammar !== shown.grammar || facts.run !== shown.run)) {
         for (const box of [parsed, next, compared]) box.replaceChildren(); // answers of other rules
         beginning.value = "";
@@ -222,3 +217,5 @@ export function makeAsking(): Asking {
     },
   };
 }
+
+export type Asking = ReturnType<typeof makeAsking>;

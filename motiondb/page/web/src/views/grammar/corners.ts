@@ -11,16 +11,6 @@ import { makeRibbon, type Ribbon } from "./ribbon.ts";
 import type { SequenceReply } from "../../api/types.ts";
 import type { Alternative } from "./selection.ts";
 
-export interface Corners {
-  readonly element: HTMLElement;
-  show(alternatives: readonly Alternative[], colours: TerminalColours): void;
-  /** A message instead of alternatives; an empty one removes everything. */
-  say(text: string): void;
-  /** While other alternatives are requested, those on screen cannot be chosen. */
-  wait(): void;
-  close(): void;
-}
-
 /** Seconds before and after the region that play with it, so that its seams are seen. */
 const AROUND = 0.4;
 
@@ -32,7 +22,7 @@ export function chanceText(logProbability: number | null): string {
   return `10^${Math.round(logProbability / Math.LN10)}`;
 }
 
-export function makeCorners(context: Context, choose: (sequence: SequenceReply) => void): Corners {
+export function makeCorners(context: Context, choose: (sequence: SequenceReply) => void) {
   const element = h("div.corners");
   let clips: Clip[] = [];
   let ribbons: Ribbon[] = [];
@@ -92,18 +82,22 @@ export function makeCorners(context: Context, choose: (sequence: SequenceReply) 
 
   return {
     element,
-    show(alternatives, colours) {
+    show(alternatives: readonly Alternative[], colours: TerminalColours): void {
       clear();
       fill(
         element,
         alternatives.map((one, i) => corner(one, i + 1, colours)),
       );
     },
-    say(text) {
+    /** A message instead of alternatives; an empty one removes everything. */
+    say(text: string): void {
       clear();
       if (text) fill(element, h("p.corners-message", text));
     },
+    /** While other alternatives are requested, those on screen cannot be chosen. */
     wait: () => void (element.inert = true),
     close: clear,
   };
 }
+
+export type Corners = ReturnType<typeof makeCorners>;

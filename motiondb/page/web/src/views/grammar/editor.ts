@@ -18,15 +18,6 @@ import { makeParseTree } from "./tree.ts";
 import type { AlternativesReply, GrammarReply, SequenceReply, TreeNode } from "../../api/types.ts";
 import type { Selection } from "./selection.ts";
 
-export interface Editor {
-  readonly element: HTMLElement;
-  /** Show a sequence of a grammar, with a region if one is chosen. */
-  open(id: string, selection: Selection | null, tree: boolean, grammar: GrammarReply): Promise<void>;
-  /** Show nothing. */
-  rest(): void;
-  close(): void;
-}
-
 export interface EditorRoute {
   /** Another sequence: a step that the back button undoes. */
   sequence(id: string): void;
@@ -34,7 +25,7 @@ export interface EditorRoute {
   region(selection: Selection | null, tree: boolean): void;
 }
 
-export function makeEditor(context: Context, route: EditorRoute): Editor {
+export function makeEditor(context: Context, route: EditorRoute) {
   let sequence: SequenceReply | null = null;
   let colours: TerminalColours = coloursOf([]);
   let selection: Selection | null = null;
@@ -229,7 +220,8 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
 
   return {
     element,
-    async open(id, next, shown, grammar) {
+    /** Show a sequence of a grammar, with a region if one is chosen. */
+    async open(id: string, next: Selection | null, shown: boolean, grammar: GrammarReply): Promise<void> {
       colours = coloursOf(grammar.terminals);
       treeShown = shown;
       wanted = id;
@@ -250,8 +242,9 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
       showTree();
       await load(next);
     },
+    /** Show nothing. */
     rest,
-    close() {
+    close(): void {
       rest();
       scene.close();
     },

@@ -12,20 +12,13 @@ import { routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
 import type { SequenceReply } from "../../api/types.ts";
 
-export interface EditorBar {
-  readonly element: HTMLElement;
-  /** Null: there is no sequence. */
-  show(sequence: SequenceReply | null, canRedo: boolean): void;
-  setTree(shown: boolean): void;
-}
-
 export interface BarActions {
   undo(): void;
   redo(): void;
   showTree(shown: boolean): void;
 }
 
-export function makeEditorBar(context: Context, actions: BarActions): EditorBar {
+export function makeEditorBar(context: Context, actions: BarActions) {
   let sequence: SequenceReply | null = null;
   let shown = false;
   const title = h("h2");
@@ -60,7 +53,8 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
 
   return {
     element,
-    show(next, canRedo) {
+    /** Null: there is no sequence. */
+    show(next: SequenceReply | null, canRedo: boolean): void {
       sequence = next;
       tools.hidden = next === null;
       title.textContent = next
@@ -71,7 +65,7 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
       keep.hidden = context.status().read_only;
       showSaved(next?.saved ?? null);
     },
-    setTree(next) {
+    setTree(next: boolean): void {
       shown = next;
       tree.setAttribute("aria-pressed", String(next));
     },

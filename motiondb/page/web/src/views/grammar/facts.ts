@@ -12,12 +12,6 @@ import { makeAsking } from "./asking.ts";
 import { makeQuestions } from "./questions.ts";
 import { askTerminalName, makeRules } from "./rules.ts";
 
-export interface FactsPanel {
-  readonly element: HTMLElement;
-  show(facts: GrammarReply): void;
-  close(): void;
-}
-
 /** The facts in one line, as the command line prints them. */
 export function summaryOf(facts: GrammarReply): string {
   const whole = facts.captures.reduce((sum, one) => sum + one.seconds, 0);
@@ -36,7 +30,7 @@ function bitsOf(facts: GrammarReply): string {
   return parts.map(([name, bits]) => `${name} ${bits.toFixed(1)}`).join(" + ");
 }
 
-export function makeFacts(context: Context): FactsPanel {
+export function makeFacts(context: Context) {
   let clip: Clip | null = null;
   const rules = makeRules(context);
   const asking = makeAsking();
@@ -127,7 +121,7 @@ export function makeFacts(context: Context): FactsPanel {
 
   return {
     element,
-    show(facts) {
+    show(facts: GrammarReply): void {
       closeClip();
       const colours = coloursOf(facts.terminals);
       const [shortest, mean, longest] = facts.sentence_lengths;
@@ -181,7 +175,7 @@ export function makeFacts(context: Context): FactsPanel {
         ),
       );
     },
-    close() {
+    close(): void {
       closeClip();
       questions.close();
     },

@@ -102,12 +102,7 @@ function capturePicker(change: () => void): Picker {
   return { element, chosen };
 }
 
-interface Settings {
-  readonly rows: HTMLElement[];
-  body(): Record<string, unknown>;
-}
-
-function settings(learned: boolean): Settings {
+function settings(learned: boolean) {
   const label = (id: string, text: string): HTMLElement => h("label", { for: id }, text);
   const number = (id: string, value: number | null): HTMLInputElement =>
     h("input.number", {

@@ -4,13 +4,7 @@ import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import type { Wish } from "./selection.ts";
 
-export interface Maker {
-  readonly element: HTMLElement;
-  show(wish: Wish): void;
-  busy(busy: boolean): void;
-}
-
-export function makeMaker(make: (wish: Wish) => void): Maker {
+export function makeMaker(make: (wish: Wish) => void) {
   const seed = h("input.number", {
     id: "sequence-seed",
     type: "number",
@@ -63,7 +57,7 @@ export function makeMaker(make: (wish: Wish) => void): Maker {
   });
   return {
     element,
-    show(wish) {
+    show(wish: Wish): void {
       const values = [String(wish.seed), String(wish.length ?? ""), wish.like ?? ""];
       // What somebody types while a sequence is made stays: only what is new is shown.
       fields.forEach((field, k) => {
@@ -71,7 +65,7 @@ export function makeMaker(make: (wish: Wish) => void): Maker {
       });
       known = values;
     },
-    busy(busy) {
+    busy(busy: boolean): void {
       submit.disabled = busy;
       next.disabled = busy;
       submit.textContent = busy ? "Making…" : "Make a sequence";

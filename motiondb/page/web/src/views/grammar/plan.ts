@@ -6,24 +6,12 @@ import { cutPath, timesOf } from "./layout.ts";
 import type { SequenceReply } from "../../api/types.ts";
 import type { Spot } from "./selection.ts";
 
-export interface Plan {
-  readonly element: HTMLElement;
-  show(sequence: SequenceReply, colours: TerminalColours): void;
-  setTime(time: number): void;
-  mark(region: readonly [start: number, end: number] | null): void;
-}
-
 const SIZE = { width: 320, height: 220, margin: 22 };
 /** A path that covers less ground than this is not enlarged any more, metres. */
 const SMALLEST = 1.5;
 
-interface View {
-  scale: number;
-  place(spot: Spot): [x: number, y: number];
-}
-
 /** One scale for both axes; x to the right, z towards the viewer, as the player shows it from above. */
-function viewOf(points: readonly Spot[]): View {
+function viewOf(points: readonly Spot[]) {
   const xs = points.map(([x]) => x);
   const zs = points.map(([, z]) => z);
   const [left, right, back, front] = [Math.min(...xs), Math.max(...xs), Math.min(...zs), Math.max(...zs)];
@@ -33,19 +21,21 @@ function viewOf(points: readonly Spot[]): View {
   );
   return {
     scale,
-    place: ([x, z]) => [
+    place: ([x, z]: Spot) => [
       SIZE.width / 2 + (x - (left + right) / 2) * scale,
       SIZE.height / 2 + (z - (back + front) / 2) * scale,
     ],
   };
 }
 
+type View = ReturnType<typeof viewOf>;
+
 /** A length that is easy to read and fits as a scale bar, metres. */
 function barLength(scale: number): number {
   return [0.5, 1, 2, 5, 10, 20, 50].find((metres) => metres * scale >= 36) ?? 100;
 }
 
-export function makePlan(choose: (at: number) => void): Plan {
+export function makePlan(choose: (at: number) => void) {
   const element = h("div.plan");
   const region = svg("g.plan-region");
   const here = svg("circle.plan-here", { r: 5 });
@@ -74,7 +64,7 @@ export function makePlan(choose: (at: number) => void): Plan {
 
   return {
     element,
-    show(sequence, colours) {
+    show(sequence: SequenceReply, colours: TerminalColours): void {
       shown = sequence;
       view = viewOf(sequence.path.points);
       const lines = sequence.strip.map((item) =>
@@ -108,14 +98,14 @@ export function makePlan(choose: (at: number) => void): Plan {
       );
       this.setTime(0);
     },
-    setTime(time) {
+    setTime(time: number): void {
       const [spot] = shown ? cutPath(shown.path, time, time) : [];
       if (!spot || !view) return;
       const [x, y] = view.place(spot);
       here.setAttribute("cx", x.toFixed(1));
       here.setAttribute("cy", y.toFixed(1));
     },
-    mark(part) {
+    mark(part: readonly [start: number, end: number] | null): void {
       if (!part || !shown || !view) return fill(region);
       const line = cutPath(shown.path, ...timesOf(shown.strip, ...part));
       fill(region, svg("polyline", { points: pointsOf(line) }));

@@ -8,13 +8,6 @@ import { interval } from "../../parts/text.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
 import type { Context } from "../view.ts";
 
-export interface Questions {
-  readonly element: HTMLElement;
-  /** Ask about this version of a grammar. */
-  show(grammar: string, run: number): void;
-  close(): void;
-}
-
 const ANSWERS = [
   ["yes", "Yes"],
   ["no", "No"],
@@ -23,7 +16,7 @@ const ANSWERS = [
 
 const nameOf = (terminal: string, words: string): string => (words ? `${terminal} (${words})` : terminal);
 
-export function makeQuestions(context: Context): Questions {
+export function makeQuestions(context: Context) {
   let grammar = "";
   let run = -1;
   let clips: Clip[] = [];
@@ -122,7 +115,8 @@ export function makeQuestions(context: Context): Questions {
 
   return {
     element,
-    show(name, version) {
+    /** Ask about this version of a grammar. */
+    show(name: string, version: number): void {
       if (name === grammar && version === run) return;
       [grammar, run] = [name, version];
       clear();
@@ -130,3 +124,5 @@ export function makeQuestions(context: Context): Questions {
     close: clear,
   };
 }
+
+export type Questions = ReturnType<typeof makeQuestions>;

@@ -8,12 +8,6 @@ import { askLine } from "../../parts/asking.ts";
 import type { Context } from "../view.ts";
 import { coloursOf, type TerminalColours } from "./colours.ts";
 
-export interface RulesPanel {
-  readonly element: HTMLElement;
-  /** Show the rules of a grammar; rules that are being edited stay as they are. */
-  show(facts: GrammarReply): void;
-}
-
 /** The rules, each terminal in its colour; everything else as the server prints it. */
 function rulesOf(facts: GrammarReply, colours: TerminalColours): HTMLElement {
   const names = new Set(facts.terminals.map((one) => one.terminal));
@@ -47,7 +41,7 @@ export function askTerminalName(context: Context, facts: GrammarReply, terminal:
   });
 }
 
-export function makeRules(context: Context): RulesPanel {
+export function makeRules(context: Context) {
   const element = h("div");
   let facts: GrammarReply | null = null;
   let editing = false;
@@ -125,7 +119,8 @@ export function makeRules(context: Context): RulesPanel {
 
   return {
     element,
-    show(next) {
+    /** Show the rules of a grammar; rules that are being edited stay as they are. */
+    show(next: GrammarReply): void {
       if (facts && facts.grammar !== next.grammar) editing = false;
       facts = next;
       draw();

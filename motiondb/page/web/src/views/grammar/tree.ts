@@ -8,17 +8,10 @@ import type { TerminalColours } from "./colours.ts";
 import { depthsOf, placeOf, type StripLayout } from "./layout.ts";
 import type { SequenceReply, TreeNode } from "../../api/types.ts";
 
-export interface ParseTree {
-  readonly element: HTMLElement;
-  show(sequence: SequenceReply, layout: StripLayout, colours: TerminalColours): void;
-  /** Highlight the region; null: none. */
-  mark(node: number | null): void;
-}
-
 /** Height of a level, pixels. */
 const ROW = 22;
 
-export function makeParseTree(choose: (node: number) => void): ParseTree {
+export function makeParseTree(choose: (node: number) => void) {
   const element = h("div.parse-tree", {
     role: "tree",
     "aria-label": "Parse tree. Arrow keys walk over it, Enter chooses a region",
@@ -87,7 +80,7 @@ export function makeParseTree(choose: (node: number) => void): ParseTree {
 
   return {
     element,
-    show(sequence, layout, colours) {
+    show(sequence: SequenceReply, layout: StripLayout, colours: TerminalColours): void {
       tree = sequence.nodes;
       const depths = depthsOf(tree);
       const height = (depths.reduce((most, depth) => Math.max(most, depth), 0) + 1) * ROW;
@@ -116,7 +109,8 @@ export function makeParseTree(choose: (node: number) => void): ParseTree {
       fill(element, leaves, [...bars.values()]);
       setFocused(0);
     },
-    mark(node) {
+    /** Highlight the region; null: none. */
+    mark(node: number | null): void {
       for (const [i, one] of bars) {
         one.classList.toggle("chosen", i === node);
         one.setAttribute("aria-selected", String(i === node));

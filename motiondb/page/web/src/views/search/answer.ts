@@ -21,7 +21,6 @@ import {
   sayGrade,
   sayPart,
   type Certainty,
-  type Grade,
   type Replaced,
 } from "./certainty.ts";
 import { reasonsElement } from "./reasons.ts";
@@ -35,13 +34,6 @@ export interface AnswerOptions {
   measured: readonly string[];
   /** Absent in a file without a server: nothing can be selected, opened or asked. */
   actions?: { select(match: ShownMatch, selected: boolean): void };
-}
-
-export interface AnswerCard {
-  readonly element: HTMLElement;
-  readonly grade: Grade;
-  setSelected(selected: boolean): void;
-  close(): void;
 }
 
 /** The intervals that were found, those of the parts where they are known, and which are likely. */
@@ -166,7 +158,7 @@ export function makeAnswer(
   context: { stage: Stage; motions: Motions },
   match: ShownMatch,
   options: AnswerOptions,
-): AnswerCard {
+) {
   const { actions } = options;
   const part: Interval = [match.start, match.end];
   const certainty = certaintyOf(match);
@@ -269,9 +261,11 @@ export function makeAnswer(
   return {
     element,
     grade: certainty.grade,
-    setSelected(selected) {
+    setSelected(selected: boolean): void {
       checkbox.checked = selected;
     },
     close: () => clip.close(),
   };
 }
+
+export type AnswerCard = ReturnType<typeof makeAnswer>;

@@ -16,19 +16,7 @@ type Answer = LikeReply | SearchReply;
 /** The groups of answers, from the top to the bottom. */
 const GROUPS: readonly (readonly Grade[])[] = [["likely", "unmeasured"], ["unlikely"], ["folded"]];
 
-export interface Answers {
-  readonly element: HTMLElement;
-  /** `among`: not the whole database was asked, but the captures of a filter. */
-  show(answer: Answer, among?: boolean): void;
-  clear(): void;
-  /** Show that there will be answers, while there are none. */
-  wait(): void;
-}
-
-export function makeAnswers(
-  context: { stage: Stage; motions: Motions },
-  selection: Selection | null,
-): Answers {
+export function makeAnswers(context: { stage: Stage; motions: Motions }, selection: Selection | null) {
   const element = h("section.answers", { "aria-label": "Answers" });
   let cards: AnswerCard[] = [];
 
@@ -108,8 +96,10 @@ export function makeAnswers(
   return {
     element,
     clear,
+    /** Show that there will be answers, while there are none. */
     wait,
-    show(answer, among = false) {
+    /** `among`: not the whole database was asked, but the captures of a filter. */
+    show(answer: Answer, among = false): void {
       clear();
       selection?.clear();
       if (answer.matches.length === 0 && answer.matches_anything !== false) {
@@ -146,3 +136,5 @@ export function makeAnswers(
     },
   };
 }
+
+export type Answers = ReturnType<typeof makeAnswers>;

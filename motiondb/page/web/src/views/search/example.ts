@@ -9,14 +9,6 @@ import { captionLane, symbolLane, wordLane, type Lane } from "../../timeline/lan
 import type { Interval } from "../../timeline/timeline.ts";
 import type { Context } from "../view.ts";
 
-export interface Example {
-  readonly element: HTMLElement;
-  /** Show an example; a part that is selected by the user calls `selected`. */
-  show(ref: string, part: Interval | null): Promise<void>;
-  readonly part: Interval | null;
-  close(): void;
-}
-
 /** The name of the played motion, shown to the user. */
 export function nameOf(ref: string): string {
   const name = ref.slice(ref.indexOf(":") + 1);
@@ -35,11 +27,7 @@ async function lanesOf(ref: string): Promise<Lane[]> {
   return [symbolLane(symbols), wordLane(described.words)];
 }
 
-export function makeExample(
-  context: Context,
-  selected: (part: Interval | null) => void,
-  leave: () => void,
-): Example {
+export function makeExample(context: Context, selected: (part: Interval | null) => void, leave: () => void) {
   const title = h("h2");
   const take = makeTake(context, { label: "Example", onSelect: (part) => ready && selected(part) });
   let ready = false;
@@ -56,7 +44,8 @@ export function makeExample(
   );
   return {
     element,
-    async show(ref, part) {
+    /** Show an example; a part that is selected by the user calls `selected`. */
+    async show(ref: string, part: Interval | null): Promise<void> {
       title.textContent = `Like ${nameOf(ref)}`;
       if (shown === ref) return;
       shown = ref;
@@ -79,3 +68,5 @@ export function makeExample(
     close: () => take.close(),
   };
 }
+
+export type Example = ReturnType<typeof makeExample>;

@@ -10,14 +10,7 @@ import { go } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
 import { addressWith, compareAddress, MOST } from "../compare/address.ts";
 
-export interface Selection {
-  readonly element: HTMLElement;
-  set(match: ShownMatch, selected: boolean): void;
-  clear(): void;
-  onClear(listener: () => void): void;
-}
-
-export function makeSelection(context: Context): Selection {
+export function makeSelection(context: Context) {
   const chosen = new Map<string, ShownMatch>();
   let cleared: () => void = () => undefined;
   const count = h("span", { role: "status" });
@@ -72,13 +65,15 @@ export function makeSelection(context: Context): Selection {
 
   return {
     element,
-    set(match, selected) {
+    set(match: ShownMatch, selected: boolean): void {
       const key = `${match.ref} ${match.start} ${match.end}`;
       if (selected) chosen.set(key, match);
       else chosen.delete(key);
       show();
     },
     clear,
-    onClear: (listener) => void (cleared = listener),
+    onClear: (listener: () => void) => void (cleared = listener),
   };
 }
+
+export type Selection = ReturnType<typeof makeSelection>;

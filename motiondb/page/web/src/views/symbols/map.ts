@@ -10,17 +10,6 @@ import { makeMapFigures, type Spot } from "./figures.ts";
 import { placeMarks, type Placed } from "./labels.ts";
 import { ellipseOf, fitAxes, NO_ZOOM, zoomAt, zoomed, type Zoom } from "./projection.ts";
 
-export interface SymbolMap {
-  readonly element: HTMLElement;
-  show(space: SpaceReply, axes: readonly [number, number]): void;
-  choose(symbol: number | null): void;
-  /** Show these symbols strongly and the others faintly; null: all alike. */
-  find(symbols: ReadonlySet<number> | null): void;
-  /** Enlarge (above 1) or shrink around the middle; 0: see everything. */
-  enlarge(by: number): void;
-  close(): void;
-}
-
 const PLAIN: Tint = { soft: "var(--accent-soft)", strong: "var(--accent-line)" };
 const WIDE = { width: 900, height: 640, margin: 60 };
 /** On a phone the same units would be too small to read. */
@@ -39,7 +28,7 @@ function radius(count: number, largest: number): number {
   return 7 + 15 * Math.sqrt(count / Math.max(largest, 1));
 }
 
-export function makeSymbolMap(motions: Motions, click: (symbol: number) => void): SymbolMap {
+export function makeSymbolMap(motions: Motions, click: (symbol: number) => void) {
   const SIZE = innerWidth < 700 ? NARROW : WIDE;
   const figures = makeMapFigures(motions, SIZE);
   const picture = h("div");
@@ -211,21 +200,23 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
 
   return {
     element,
-    show(space, axes) {
+    show(space: SpaceReply, axes: readonly [number, number]): void {
       if (shown?.space !== space) figures.load(space.symbols);
       shown = { space, axes };
       draw();
     },
-    choose(symbol) {
+    choose(symbol: number | null): void {
       chosen = symbol;
       markChosen();
     },
-    find(symbols) {
+    /** Show these symbols strongly and the others faintly; null: all alike. */
+    find(symbols: ReadonlySet<number> | null): void {
       found = symbols;
       markChosen();
     },
     close: figures.close,
-    enlarge(by) {
+    /** Enlarge (above 1) or shrink around the middle; 0: see everything. */
+    enlarge(by: number): void {
       setZoom(by === 0 ? NO_ZOOM : zoomAt(zoom, by, SIZE.width / 2, SIZE.height / 2, SIZE));
     },
   };
