@@ -1,5 +1,6 @@
 /** Dialogs: a box over the page that has to be answered or closed. */
 
+import { onSubmit } from "../dom/fields.ts";
 import { button } from "../dom/button.ts";
 import { messageOf } from "../api/client.ts";
 import { h, type Attributes, type Child } from "../dom/element.ts";
@@ -47,8 +48,7 @@ export function openForm(title: string, content: Child, yes: string, send: () =>
       h("button.button", { type: "submit" }, yes),
     ),
   );
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(form, () => {
     void submit();
   });
   const dialog = openDialog(title, form);

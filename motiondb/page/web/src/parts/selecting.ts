@@ -1,5 +1,6 @@
 /** Put captures, or parts of them, into a selection that the database keeps under a name. */
 
+import { named } from "../dom/fields.ts";
 import { get, post } from "../api/client.ts";
 import type { CapturesChanged, Part } from "../api/types.ts";
 import { button } from "../dom/button.ts";
@@ -29,12 +30,7 @@ export function askSelection(context: Context, items: readonly Part[], what: str
     autocomplete: "off",
   });
   const known = h("div.row.known-selections");
-  const content = [
-    h("p.muted", what),
-    h("label", { for: "selection-name" }, "Name of the selection, an old or a new one"),
-    name,
-    known,
-  ];
+  const content = [h("p.muted", what), named("Name of the selection, an old or a new one", name), known];
   openForm("Add to a selection", content, "Add", async () => {
     const wanted = name.value.trim();
     const done = await post("/api/selection/add", { name: wanted, items });

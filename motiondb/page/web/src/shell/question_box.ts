@@ -1,5 +1,6 @@
 /** The box in the head of every view: a question in words, or a file to search with. */
 
+import { onSubmit } from "../dom/fields.ts";
 import { h } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";
 import { fromList } from "../parts/dropping.ts";
@@ -48,8 +49,7 @@ export function makeQuestionBox(context: Context) {
     h("button.button", { type: "submit" }, "Search"),
   );
   let known = "";
-  element.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(element, () => {
     const q = box.value.trim();
     known = q; // the address of it may be gone again before it is shown: somebody goes back
     if (!q) return go(routeTo("catalogue"));

@@ -1,5 +1,6 @@
 /** Boards as files: the shipped ones and the user's are opened and saved, also as text. */
 
+import { named } from "../../dom/fields.ts";
 import { get, put } from "../../api/client.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
@@ -85,8 +86,7 @@ export function makeFiles(context: Context, actions: FileActions) {
   return {
     element: h(
       "div.row",
-      h("label", { for: "board-name" }, "Board"),
-      select,
+      named("Board", select),
       input,
       button("plain", "Open a file…", () => input.click()),
       button("plain", "Save…", save),

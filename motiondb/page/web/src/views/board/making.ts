@@ -1,5 +1,6 @@
 /** Make the scene of a board: show its error while it is sampled, play it, and update it when the board changes. */
 
+import { onSubmit } from "../../dom/fields.ts";
 import { REDUCED } from "../../dom/wishes.ts";
 import { get, post } from "../../api/client.ts";
 import { cancelJob, failureOf, isActive, stepOf } from "../../api/jobs.ts";
@@ -189,8 +190,7 @@ export function makeMaking(
   function keep(ref: string): void {
     const name = h("input.field", { "aria-label": "Name of the scene", required: true });
     const form = h("form.row", name, h("button.button", { type: "submit" }, "Keep"));
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
+    onSubmit(form, () => {
       post("/api/scenes/keep", { ref, name: name.value.trim() }).then(() => {
         context.notify(`Kept as ${name.value.trim()}.`);
         showButtons(ref);

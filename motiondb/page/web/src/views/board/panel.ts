@@ -1,5 +1,6 @@
 /** The selected element of the board: its settings, and why it cannot be played. */
 
+import { named, numberField } from "../../dom/fields.ts";
 import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { nameOf } from "./drawing.ts";
@@ -35,7 +36,7 @@ function choice({ id, label, value, options, choose }: Choice): HTMLElement[] {
       h("option", { value: one, selected: one === value }, one.replace("_", " ") || "nobody"),
     ),
   );
-  return [h("label", { for: id }, label), select];
+  return named(label, select);
 }
 
 function wholeNumber(
@@ -45,15 +46,11 @@ function wholeNumber(
   least: number,
   set: (value: number) => void,
 ): HTMLElement[] {
-  const input = h("input.number", {
-    id,
-    type: "number",
-    min: least,
-    step: 1,
+  const input = numberField(id, least, {
     value,
     on: { change: () => Number.isInteger(input.valueAsNumber) && set(Math.max(input.valueAsNumber, least)) },
   });
-  return [h("label", { for: id }, label), input];
+  return named(label, input);
 }
 
 function reasonLine(reason: string | null): HTMLElement | null {

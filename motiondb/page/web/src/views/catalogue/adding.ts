@@ -1,5 +1,6 @@
 /** Add captures: drop or choose files or a folder, or name a folder of the server's computer. */
 
+import { choice, named, onSubmit } from "../../dom/fields.ts";
 import { onPage } from "../../api/advice.ts";
 import { get, messageOf, post } from "../../api/client.ts";
 import type { UploadReply } from "../../api/types.ts";
@@ -87,14 +88,14 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
       h("option", { value: "" }, "no sheet"),
       sheets.map((name, i) => h("option", { value: name, selected: i === 0 }, name)),
     );
-    const up = choice("up", ["", "y", "z", "x", "-y", "-z", "-x"], "as found");
-    const unit = choice("unit", ["", "m", "cm", "mm", "inch"], "as found");
+    const up = choice("up", [["", "as found"], "y", "z", "x", "-y", "-z", "-x"]);
+    const unit = choice("unit", [["", "as found"], "m", "cm", "mm", "inch"]);
     const mirrored = h("input", { type: "checkbox", id: "mirror-world" });
     const swapped = h("input", { type: "checkbox", id: "swap-sides" });
     const reading = h(
       "details.reading",
       h("summary", "How the files are to be read"),
-      h("div.row", h("label", { for: "up" }, "Axis up"), up, h("label", { for: "unit" }, "Unit"), unit),
+      h("div.row", named("Axis up", up), named("Unit", unit)),
       h("label.row", { for: "mirror-world" }, mirrored, "Left-handed axes (Unity, DirectX)"),
       h("label.row", { for: "swap-sides" }, swapped, "Left and right are exchanged in the names"),
     );
@@ -104,8 +105,7 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
       sheets.length > 0 ? [h("label", { for: "sheet" }, "Words from"), sheet] : null,
       h("button.button", { type: "submit" }, "Add to the database"),
     );
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
+    onSubmit(form, () => {
       const how = {
         up: up.value,
         unit: unit.value || null,
@@ -179,14 +179,6 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
   });
   const dialog = openDialog("Add captures", zone, state, roots);
   if (dropped.length > 0) void take(dropped);
-}
-
-function choice(id: string, values: readonly string[], none: string): HTMLSelectElement {
-  return h(
-    "select.field",
-    { id },
-    values.map((value) => h("option", { value }, value || none)),
-  );
 }
 
 function refusedList(refused: readonly { name: string; message: string }[]): HTMLElement | null {

@@ -1,5 +1,6 @@
 /** The catalogue: all captures with moving figures, filters, words, and one capture beside them. */
 
+import { named, onSubmit } from "../../dom/fields.ts";
 import { ApiError, get, isAbort, messageOf } from "../../api/client.ts";
 import type { Caption, CaptureRow } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
@@ -122,7 +123,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     spellcheck: false,
   });
   const filterFault = h("p.bad.small", { id: "filter-fault", role: "alert" });
-  const form = h("form.filter-form", { role: "search" }, h("label", { for: "filter" }, "Filter"), filter);
+  const form = h("form.filter-form", { role: "search" }, named("Filter", filter));
   const summary = h("p.summary", { role: "status" });
   const canWrite = !context.status().read_only;
   const undo = button("plain", [icon("undo"), "Undo"], () => void actions.undo(), {
@@ -177,8 +178,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   );
   const endDrops = canWrite ? onDrop(host, (files) => openAdding(context, files)) : null;
 
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(form, () => {
     route({ typed: filter.value });
   });
   filter.addEventListener("search", () => route({ typed: filter.value }));

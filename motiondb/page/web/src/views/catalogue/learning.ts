@@ -1,5 +1,6 @@
 /** Learn again, and say when that is worth it. */
 
+import { named, numberField } from "../../dom/fields.ts";
 import { post } from "../../api/client.ts";
 import type { Status } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
@@ -30,15 +31,8 @@ function usualStart(status: Status): string {
 /** Ask for the settings, then start. */
 export function openLearning(context: Context): void {
   const status = context.status();
-  const symbols = h("input.number", {
-    type: "number",
-    id: "symbols",
-    min: 2,
-    max: 1000,
-    step: 1,
-    placeholder: "auto",
-  });
-  const seed = h("input.number", { type: "number", id: "learn-seed", min: 0, step: 1, value: 0 });
+  const symbols = numberField("symbols", 2, { max: 1000, placeholder: "auto" });
+  const seed = numberField("learn-seed", 0, { value: 0 });
   const usual = usualStart(status);
   const start = h(
     "select.field",
@@ -71,18 +65,12 @@ export function openLearning(context: Context): void {
         : "Nobody has written about them yet, so the words must come from the captions of others. ",
       status.learned ? "What was learned before is replaced when this is done, not earlier." : null,
     ),
-    h("div.form-grid", h("label", { for: "learn-start" }, "Learn from"), start),
+    h("div.form-grid", named("Learn from", start)),
     credit,
     h(
       "details",
       h("summary", "Settings"),
-      h(
-        "div.form-grid",
-        h("label", { for: "symbols" }, "Number of movements"),
-        symbols,
-        h("label", { for: "learn-seed" }, "Seed"),
-        seed,
-      ),
+      h("div.form-grid", named("Number of movements", symbols), named("Seed", seed)),
       h(
         "p.small.muted",
         "Without a number, it is chosen from the data. The same seed gives the same result.",

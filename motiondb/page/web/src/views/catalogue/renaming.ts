@@ -1,5 +1,6 @@
 /** Ask for new names: one for a capture, or a pattern for several. */
 
+import { named } from "../../dom/fields.ts";
 import { h } from "../../dom/element.ts";
 import { openForm } from "../../parts/asking.ts";
 import { plural } from "../../parts/text.ts";
@@ -64,8 +65,7 @@ export function askNames(names: readonly string[], run: (body: Renaming) => Prom
     several
       ? [
           h("p.muted", `${plural(names.length, "capture")}. ${ANY} stands for any letters.`),
-          h("label", { for: "old-names" }, "Names like"),
-          old,
+          named("Names like", old),
         ]
       : null,
     h("label", { for: "new-names" }, several ? "become" : `The new name of ${only}`),

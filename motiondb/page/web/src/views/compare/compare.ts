@@ -1,5 +1,6 @@
 /** Compare: two to four parts on one clock and one ground, and how far their poses are apart. */
 
+import { choice, named } from "../../dom/fields.ts";
 import { isAbort } from "../../api/client.ts";
 import { makeLatest } from "../../api/latest.ts";
 import { REDUCED } from "../../dom/wishes.ts";
@@ -65,19 +66,18 @@ export function open(host: HTMLElement, context: Context): OpenView {
   const list = h("ol.plain.compare-parts", { "aria-label": "Compared parts" });
   const timelineBox = h("div");
   const fault = h("div", { "aria-live": "polite" });
-  const at = h(
-    "select.field",
-    { id: "compare-at", on: { change: () => change({ at: at.value as Moment }) } },
-    MOMENTS.map((value) => h("option", { value }, SAID[value])),
+  const at = choice(
+    "compare-at",
+    MOMENTS.map((value) => [value, SAID[value]]),
+    (value) => change({ at: value as Moment }),
   );
-  const ground = h(
-    "select.field",
-    {
-      id: "compare-ground",
-      on: { change: () => change({ overlaid: ground.value === "one" }) },
-    },
-    h("option", { value: "" }, "side by side"),
-    h("option", { value: "one" }, "overlaid on one spot"),
+  const ground = choice(
+    "compare-ground",
+    [
+      ["", "side by side"],
+      ["one", "overlaid on one spot"],
+    ],
+    (value) => change({ overlaid: value === "one" }),
   );
   const note = h("p.small.muted", { "aria-live": "polite" });
   const body = h(
@@ -85,13 +85,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     h(
       "div.compare-left",
       list,
-      h(
-        "div.form-grid",
-        h("label", { for: "compare-at" }, "Same moment"),
-        at,
-        h("label", { for: "compare-ground" }, "Figures"),
-        ground,
-      ),
+      h("div.form-grid", named("Same moment", at), named("Figures", ground)),
       note,
       h("p.small.muted", "To add another, select an answer of a search and press Compare."),
     ),

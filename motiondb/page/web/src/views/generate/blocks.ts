@@ -1,5 +1,6 @@
 /** The actions of a generated motion as blocks: drag, stretch, take another place, pick an excerpt. */
 
+import { named, numberField, onSubmit } from "../../dom/fields.ts";
 import { get, messageOf } from "../../api/client.ts";
 import type { ActionVerdict, MadeReply, ShownBlock } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
@@ -49,14 +50,7 @@ function pickExcerpt(context: Context, wish: Wish, picked: (part: Partial<Wish>)
     value: wish.capture ?? "",
   });
   const number = (id: string, value: number | null): HTMLInputElement =>
-    h("input.number", {
-      id,
-      type: "number",
-      min: 0,
-      step: "any",
-      required: true,
-      value: value ?? "",
-    });
+    numberField(id, 0, { step: "any", required: true, value: value ?? "" });
   const [from, to] = [number("pick-from", wish.start), number("pick-to", wish.end)];
   const choose = (name: string, start: number, end: number): void => {
     dialog.close();
@@ -64,16 +58,12 @@ function pickExcerpt(context: Context, wish: Wish, picked: (part: Partial<Wish>)
   };
   const form = h(
     "form.row",
-    h("label", { for: "pick-capture" }, "Capture"),
-    capture,
-    h("label", { for: "pick-from" }, "from"),
-    from,
-    h("label", { for: "pick-to" }, "to"),
-    to,
+    named("Capture", capture),
+    named("from", from),
+    named("to", to),
     h("button.button", { type: "submit" }, "Use this excerpt"),
   );
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(form, () => {
     choose(capture.value.trim(), from.valueAsNumber, to.valueAsNumber);
   });
   const list = h("ul.plain.pick-list", { "aria-label": "Places that show it" });
@@ -348,8 +338,7 @@ export function blocksOf(
     const fresh = further();
     if (fresh) pickExcerpt(context, fresh, (part) => ask([...wishes, { ...fresh, ...part }]));
   }
-  adding.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(adding, () => {
     const fresh = further();
     if (fresh) ask([...wishes, fresh]);
   });

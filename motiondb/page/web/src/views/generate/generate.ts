@@ -1,5 +1,6 @@
 /** Describe and generate: motion from a sentence, with the actions it shows and does not show. */
 
+import { choice, named, numberField, onSubmit } from "../../dom/fields.ts";
 import { makeLatest } from "../../api/latest.ts";
 import { get, isAbort, post } from "../../api/client.ts";
 import type { MadeReply } from "../../api/types.ts";
@@ -32,20 +33,13 @@ export function open(host: HTMLElement, context: Context): OpenView {
     autocomplete: "off",
     "aria-label": "What the person does",
   });
-  const seed = h("input.number", { type: "number", id: "seed", min: 0, step: 1, value: 0 });
-  const count = h(
-    "select.field",
-    {
-      id: "variants",
-      on: { change: () => asked && box.value.trim() && form.requestSubmit() }, // as "Next seed" does
-    },
-    [1, 2, 3, 4, 6, 8].map((one) => h("option", { value: one }, one)),
+  const seed = numberField("seed", 0, { value: 0 });
+  const count = choice(
+    "variants",
+    [1, 2, 3, 4, 6, 8],
+    () => asked && box.value.trim() && form.requestSubmit(), // as "Next seed" does
   );
-  const method = h(
-    "select.field",
-    { id: "method" },
-    METHODS.map(([value, label]) => h("option", { value }, label)),
-  );
+  const method = choice("method", METHODS);
   const exact = h("input", { type: "checkbox", id: "exact" });
   const understood = h("div", { "aria-live": "polite" });
   const results = h("section.answers", { "aria-label": "Generated motion" });
@@ -57,8 +51,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     h("div.search-line", box, h("button.button", { type: "submit" }, "Generate")),
     h(
       "div.row.settings",
-      h("label", { for: "seed" }, "Seed"),
-      seed,
+      named("Seed", seed),
       button(
         "plain",
         "Next seed",
@@ -68,18 +61,15 @@ export function open(host: HTMLElement, context: Context): OpenView {
         },
         { title: "Generate with the next seed" },
       ),
-      h("label", { for: "variants" }, "Variants"),
-      count,
-      h("label", { for: "method" }, "Method"),
-      method,
+      named("Variants", count),
+      named("Method", method),
       h("label.check", { title: "Do not replace unknown words by known ones" }, exact, "Only known words"),
       sync,
     ),
   );
   fill(host, h("h1.hidden-heading", "Generate"), form, understood, results);
 
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(form, () => {
     const q = box.value.trim();
     if (!q) return box.focus();
     go(

@@ -1,5 +1,6 @@
 /** Questions to a grammar: parse a capture, what may come next, and how it compares. */
 
+import { named, onSubmit } from "../../dom/fields.ts";
 import { get, messageOf, post } from "../../api/client.ts";
 import type { CompareReply, GrammarReply, ParseAnswer } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
@@ -35,8 +36,7 @@ export function makeAsking() {
   const parsed = h("div", { "aria-live": "polite" });
   const parseForm = h(
     "form.row",
-    h("label", { for: "parse-capture" }, "Capture"),
-    capture,
+    named("Capture", capture),
     known,
     h("button.button.plain", { type: "submit" }, "Parse"),
   );
@@ -44,8 +44,7 @@ export function makeAsking() {
   const next = h("div", { "aria-live": "polite" });
   const suggestForm = h(
     "form.row",
-    h("label", { for: "suggest-beginning" }, "After"),
-    beginning,
+    named("After", beginning),
     h("button.button.plain", { type: "submit" }, "What may come next"),
   );
   const compared = h("div", { "aria-live": "polite" });
@@ -125,8 +124,7 @@ export function makeAsking() {
     ];
   }
 
-  parseForm.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(parseForm, () => {
     const name = capture.value.trim();
     const question = post("/api/grammar/parse", { grammar: facts!.grammar, capture: name });
     void ask(parsed, question, (answer) => showParse(answer, name));
@@ -160,8 +158,7 @@ export function makeAsking() {
       ),
     );
   }
-  suggestForm.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(suggestForm, () => {
     suggest();
   });
 

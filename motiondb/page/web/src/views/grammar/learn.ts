@@ -1,5 +1,6 @@
 /** Choose captures and settings, and learn a grammar from them. */
 
+import { choice, named, numberField, onSubmit } from "../../dom/fields.ts";
 import { makeLatest } from "../../api/latest.ts";
 import { get, isAbort, messageOf, post } from "../../api/client.ts";
 import type { CaptureRow, JobReply } from "../../api/types.ts";
@@ -103,16 +104,8 @@ function capturePicker(change: () => void): Picker {
 }
 
 function settings(learned: boolean) {
-  const label = (id: string, text: string): HTMLElement => h("label", { for: id }, text);
   const number = (id: string, value: number | null): HTMLInputElement =>
-    h("input.number", {
-      id,
-      type: "number",
-      min: 1,
-      max: 1000,
-      step: 1,
-      ...(value === null ? { placeholder: "default" } : { value }),
-    });
+    numberField(id, 1, { max: 1000, ...(value === null ? { placeholder: "default" } : { value }) });
   const name = h("input.field", { id: "grammar-name", maxlength: 200, autocomplete: "off" });
   const kind = h(
     "select.field",
@@ -124,39 +117,29 @@ function settings(learned: boolean) {
     h("option", { value: "count" }, "this number:"),
     h("option", { value: "symbols", disabled: !learned }, "the motion symbols"),
   );
-  const count = h("input.number", {
-    type: "number",
-    min: 1,
+  const count = numberField("", 1, {
     max: 1000,
-    step: 1,
     value: 12,
     hidden: true,
     "aria-label": "Number of terminals",
   });
-  const sentences = h(
-    "select.field",
-    { id: "grammar-sentences" },
-    h("option", { value: "auto" }, "found in the strings"),
-    h("option", { value: "captions" }, "between captions"),
-    h("option", { value: "captures" }, "one for each capture"),
-  );
+  const sentences = choice("grammar-sentences", [
+    ["auto", "found in the strings"],
+    ["captions", "between captions"],
+    ["captures", "one for each capture"],
+  ]);
   const shortest = number("grammar-shortest", 3);
   const longest = number("grammar-longest", 20);
-  const seed = h("input.number", { id: "grammar-seed", type: "number", min: 0, step: 1, value: 0 });
+  const seed = numberField("grammar-seed", 0, { value: 0 });
   return {
     rows: [
-      label("grammar-name", "Name"),
-      name,
-      label("grammar-terminals", "Terminals"),
+      named("Name", name),
+      h("label", { for: kind.id }, "Terminals"),
       h("span.row", kind, count),
-      label("grammar-sentences", "Sentences"),
-      sentences,
-      label("grammar-shortest", "Shortest sentence"),
-      shortest,
-      label("grammar-longest", "Longest sentence"),
-      longest,
-      label("grammar-seed", "Seed"),
-      seed,
+      named("Sentences", sentences),
+      named("Shortest sentence", shortest),
+      named("Longest sentence", longest),
+      named("Seed", seed),
     ],
     body: () => ({
       name: name.value.trim() || null,
@@ -191,8 +174,7 @@ export function openGrammarLearning(context: Context, started: (job: JobReply) =
       submit,
     ),
   );
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(form, () => {
     post("/api/grammars", { captures: [...picker.chosen.keys()], ...chosen.body() }).then(
       (job) => {
         dialog.close();

@@ -1,25 +1,13 @@
 /** Make a sequence of a grammar: seed, length, or a pattern that it must match. */
 
+import { named, numberField, onSubmit } from "../../dom/fields.ts";
 import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import type { Wish } from "./selection.ts";
 
 export function makeMaker(make: (wish: Wish) => void) {
-  const seed = h("input.number", {
-    id: "sequence-seed",
-    type: "number",
-    min: 0,
-    step: 1,
-    value: 0,
-  });
-  const length = h("input.number", {
-    id: "sequence-length",
-    type: "number",
-    min: 1,
-    max: 200,
-    step: 1,
-    placeholder: "any",
-  });
+  const seed = numberField("sequence-seed", 0, { value: 0 });
+  const length = numberField("sequence-length", 1, { max: 200, placeholder: "any" });
   const like = h("input.field", {
     id: "sequence-like",
     placeholder: "a ... catch ? b",
@@ -38,16 +26,15 @@ export function makeMaker(make: (wish: Wish) => void) {
   );
   const element = h(
     "form.row.settings.maker",
-    h("span.maker-field", h("label", { for: "sequence-seed" }, "Seed"), seed),
-    h("span.maker-field", h("label", { for: "sequence-length" }, "Terminals"), length),
-    h("span.maker-field", h("label", { for: "sequence-like" }, "Like"), like),
+    h("span.maker-field", named("Seed", seed)),
+    h("span.maker-field", named("Terminals", length)),
+    h("span.maker-field", named("Like", like)),
     submit,
     next,
   );
   const fields = [seed, length, like];
   let known = fields.map((field) => field.value);
-  element.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(element, () => {
     known = fields.map((field) => field.value);
     make({
       seed: seed.valueAsNumber || 0,

@@ -1,5 +1,6 @@
 /** Questions to a person: whether a terminal can come straight after another, as moving pictures. */
 
+import { named } from "../../dom/fields.ts";
 import { get, messageOf, post } from "../../api/client.ts";
 import type { AnswerReply, GrammarQuestion } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
@@ -32,7 +33,7 @@ export function makeQuestions(context: Context) {
       "Can the second movement come straight after the first? Your answers are kept with your name. ",
       "The grammar keeps to them when it is learned again under its name.",
     ),
-    h("div.row", h("label", { for: "answer-author" }, "Your name"), author, begin),
+    h("div.row", named("Your name", author), begin),
     cards,
   );
 

@@ -1,5 +1,6 @@
 /** Search: the answers to the question in the head, or to an example, play side by side. */
 
+import { choice, named, onSubmit } from "../../dom/fields.ts";
 import { get, isAbort } from "../../api/client.ts";
 import { fill, h } from "../../dom/element.ts";
 import { onDrop } from "../../parts/dropping.ts";
@@ -63,11 +64,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     placeholder: "performer = ana",
     spellcheck: false,
   });
-  const limit = h(
-    "select.field",
-    { id: "search-limit" },
-    ["5", "10", "20", "50"].map((one) => h("option", { value: one }, one)),
-  );
+  const limit = choice("search-limit", [5, 10, 20, 50]);
   const exact = h("input", { type: "checkbox", id: "search-exact" });
   const symbols = h("input", { type: "checkbox", id: "search-symbols" });
   const path = makePathField("search-path", () => form.requestSubmit());
@@ -85,10 +82,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
       "div.search-options",
       h(
         "div.form-grid",
-        h("label", { for: "search-where" }, "Among captures where"),
-        where,
-        h("label", { for: "search-limit" }, "Answers"),
-        limit,
+        named("Among captures where", where),
+        named("Answers", limit),
         h("label", { for: "search-exact" }, "Only known words"),
         h("label.check", exact, h("span.muted.small", "do not replace unknown words by known ones")),
         h("label", { for: "search-symbols" }, "By movements"),
@@ -118,8 +113,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   );
   const endDrops = onDrop(host, (files) => void searchByFile(context, files));
 
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(form, () => {
     const options = {
       where: where.value.trim(),
       limit: limit.value === "10" ? "" : limit.value,

@@ -1,5 +1,6 @@
 /** The part of the library that is worth training on: a share, and what it covers of the map. */
 
+import { named } from "../../dom/fields.ts";
 import { makeLatest } from "../../api/latest.ts";
 import { get, isAbort, messageOf } from "../../api/client.ts";
 import type { ChoiceReply } from "../../api/types.ts";
@@ -34,8 +35,7 @@ export function makeChoice(show: (reply: ChoiceReply) => void): { readonly eleme
   const element = h(
     "div.row",
     { role: "group", "aria-label": "What to train on" },
-    h("label", { for: "train-share" }, "To train on"),
-    slider,
+    named("To train on", slider),
     percent,
     said,
   );

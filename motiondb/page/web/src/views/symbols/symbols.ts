@@ -1,5 +1,6 @@
 /** Symbol space: the map, and beside it the chosen symbol with its segments. */
 
+import { named, onSubmit } from "../../dom/fields.ts";
 import { get, messageOf } from "../../api/client.ts";
 import type { ChoiceReply, PlacedSymbol, SegmentsReply, SpaceReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
@@ -45,12 +46,10 @@ export function open(host: HTMLElement, context: Context): OpenView {
   const finding = h(
     "form.row",
     { role: "search", "aria-label": "Find a symbol" },
-    h("label", { for: "find-symbol" }, "Find"),
-    find,
+    named("Find", find),
     count,
   );
-  finding.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(finding, () => {
     const [best] = bestFound();
     if (best !== undefined) go(routeTo("symbols", { symbol: best }));
   });
