@@ -37,7 +37,7 @@ interface Wanted {
   capture: string;
   /** What stands in place of the rows. */
   list: List;
-  /** Large previews in place of the table. */
+  /** Large previews in place of the table(). */
   grid: boolean;
   /** The part and the moment of the shown capture. */
   place: Place;
@@ -80,38 +80,32 @@ export function open(host: HTMLElement, context: Context): OpenView {
   };
   let asked: string | null = null;
   let details: Details | null = null;
-  let shown = "";
 
-  const rows = makeRows(() => table.refresh(), context.fail);
+  const rows = makeRows(() => table().refresh());
   const thumbs = makeThumbs(context.motions, () => context.stage.resting);
   const actions = makeWordsActions(context, (capture, words) => void wordsChanged(capture, words));
   const facets = makeFacets((pick) => route({ picks: togglePick(wanted.picks, pick) }));
-  const listed = makeTable({
+  const shared = {
     rows,
+    onChoose: (capture: string) => route({ capture }),
+    isPicked: (name: string) => picking.has(name),
+    onPick: (names: readonly string[], picked: boolean) => picking.set(names, picked),
+  };
+  const listed = makeTable({
+    ...shared,
     thumbs,
     canEdit: () => !context.status().read_only,
     hasLearned: () => context.status().learned,
     onSort: (sort) => route({ sort }),
-    onChoose: (capture) => route({ capture }),
     onEdit: (capture, cell) => editWords(capture, cell),
-    isPicked: (name) => picking.has(name),
-    onPick: (names, picked) => picking.set(names, picked),
-    failed: context.fail,
   });
   const previews = makeThumbs(context.motions, () => context.stage.resting, true);
-  const grid = makeGrid({
-    rows,
-    thumbs: previews,
-    onChoose: (capture) => route({ capture }),
-    isPicked: (name) => picking.has(name),
-    onPick: (names, picked) => picking.set(names, picked),
-    failed: context.fail,
-  });
-  let table: Table = listed;
+  const grid = makeGrid({ ...shared, thumbs: previews });
+  const table = (): Table => (wanted.grid ? grid : listed);
   const picking = makePicking(context, {
     all: () => allNames(combine(wanted.typed, wanted.picks), wanted.sort),
     known: () => allNames("", "name"),
-    changed: () => table.refresh(),
+    changed: () => table().refresh(),
     undo: () => actions.undo(),
   });
 
@@ -210,7 +204,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       `Words of ${capture.name}`,
       (line) => actions.replace(capture.name, withWholeWords(capture.words, line), capture.words),
       () => {
-        table.refresh();
+        table().refresh();
         if (missed) void load();
       },
     );
@@ -220,7 +214,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
     const at = rows.find(capture);
     const row = at >= 0 ? rows.at(at) : null;
     if (row) rows.replace({ ...row, words });
-    table.refresh();
+    table().refresh();
     await Promise.all([refreshUndo(), wanted.capture === capture ? details?.reload() : undefined]);
   }
 
@@ -236,7 +230,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   let missed = false;
 
   async function load(): Promise<void> {
-    missed = isEditing(table.element);
+    missed = isEditing(table().element);
     if (missed) return;
     const where = combine(wanted.typed, wanted.picks);
     filterFault.textContent = "";
@@ -256,10 +250,10 @@ export function open(host: HTMLElement, context: Context): OpenView {
       } else context.fail(fault);
       return;
     }
-    missed = isEditing(table.element);
+    missed = isEditing(table().element);
     if (missed) return; // typing began while the rows were on their way
     host.classList.toggle("no-facets", facets.element.childElementCount === 0);
-    table.leaveOut(new Set([...facets.columns(), ...rows.tags()]));
+    table().leaveOut(new Set([...facets.columns(), ...rows.tags()]));
     showRows();
   }
 
@@ -269,14 +263,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
       ? [{ label: `Ask for “${wanted.typed.trim()}”`, run: () => go(routeTo("search", { q: wanted.typed })) }]
       : [];
 
+  const showAll: Action = { label: "Show all captures", run: () => route({ typed: "", picks: [] }) };
+
   function showUnread(): void {
     host.classList.add("no-facets");
-    fill(
-      content,
-      emptyState("The filter could not be read", "Correct it, or show all captures.", [
-        { label: "Show all captures", run: () => route({ typed: "", picks: [] }) },
-      ]),
-    );
+    fill(content, emptyState("The filter could not be read", "Correct it, or show all captures.", [showAll]));
   }
 
   function showRows(): void {
@@ -288,9 +279,9 @@ export function open(host: HTMLElement, context: Context): OpenView {
       : `${plural(status.captures, "capture")}, ${seconds(status.seconds)} of motion`;
     if (wanted.list) return;
     if (rows.total > 0) {
-      if (!table.element.isConnected) fill(content, table.element);
-      table.reset(wanted.sort);
-      if (rows.found !== null && wanted.capture) table.reveal(rows.found);
+      if (!table().element.isConnected) fill(content, table().element);
+      table().reset(wanted.sort);
+      if (rows.found !== null && wanted.capture) table().reveal(rows.found);
     } else if (filtered) {
       fill(
         content,
@@ -299,14 +290,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
           askInstead().length > 0
             ? "The filter looks for words in captions and names. A question looks at the motion, too."
             : "Remove a condition, or show all captures.",
-          [
-            ...askInstead(),
-            {
-              label: "Show all captures",
-              plain: askInstead().length > 0,
-              run: () => route({ typed: "", picks: [] }),
-            },
-          ],
+          [...askInstead(), { ...showAll, plain: askInstead().length > 0 }],
         ),
       );
     } else fill(content, emptyDatabase(context));
@@ -326,15 +310,15 @@ export function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function showSide(): void {
-    if (wanted.capture === shown) return details?.select(wanted.place.part);
-    const left = shown;
-    shown = wanted.capture;
+    const left = details?.name ?? "";
+    const shown = wanted.capture;
+    if (shown === left) return details?.select(wanted.place.part);
     side.hidden = shown === "";
     host.classList.toggle("with-side", shown !== "");
-    table.choose(shown || null);
+    table().choose(shown || null);
     if (!shown) {
       const inside = side.contains(document.activeElement);
-      if (inside || document.activeElement === document.body) table.focus(left);
+      if (inside || document.activeElement === document.body) table().focus(left);
       details?.close();
       details = null;
       side.replaceChildren();
@@ -345,9 +329,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
         context,
         actions,
         () => route({ capture: "" }),
-        (moved) => {
-          route({ place: { ...wanted.place, ...moved } });
-        },
+        (moved) => route({ place: { ...wanted.place, ...moved } }),
       );
       fill(side, details.element);
     }
@@ -369,8 +351,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
         place: placeOf(parameters),
       };
       filter.value = wanted.typed;
-      table = wanted.grid ? grid : listed;
-      table.choose(wanted.capture || null);
+      table().choose(wanted.capture || null);
       asGrid.setAttribute("aria-pressed", String(wanted.grid));
       for (const list of LISTS) lists[list].setAttribute("aria-pressed", String(wanted.list === list));
       const key = partOf(parameters, ["where", "pick", "sort", "show", "as"]);

@@ -1,5 +1,6 @@
 /** The panel of one capture: its player, its words, where it comes from, its copies. */
 
+import { makeLatest } from "../../api/latest.ts";
 import { showFault } from "../../parts/states.ts";
 import { onPage } from "../../api/advice.ts";
 import { ApiError, get, post } from "../../api/client.ts";
@@ -55,6 +56,7 @@ export function makeDetails(
 ) {
   let facts: CaptureDetails | null = null;
   let name = "";
+  const latest = makeLatest();
   const title = h("h2", { tabindex: -1 });
   const under = h("div.details-under");
   // There at once, before anything is known of the capture.
@@ -144,15 +146,14 @@ export function makeDetails(
   });
 
   /** Ask for the likely words, which take longest; everything else is there meanwhile. */
-  async function describe(asked: string): Promise<void> {
+  async function describe(): Promise<void> {
     try {
-      const { words } = await get("/api/describe", { ref: `capture:${asked}` });
-      if (name !== asked || !facts) return;
+      const { words } = await latest(get("/api/describe", { ref: ref() }));
+      if (!facts) return; // another capture is on its way
       facts = { ...facts, recognised: words };
       take.setLanes(lanesOf(facts));
     } catch (fault) {
-      const unlearned = fault instanceof ApiError && fault.kind === "NotLearnedError";
-      if (name === asked && !unlearned) context.fail(fault);
+      if (!(fault instanceof ApiError && fault.kind === "NotLearnedError")) throw fault;
     }
   }
 
@@ -184,6 +185,10 @@ export function makeDetails(
   return {
     element,
     /** Show a capture, with a part of it and a moment if an address names them. */
+    /** The capture that is shown. */
+    get name(): string {
+      return name;
+    },
     async show(next: string, { part, time }: Place): Promise<void> {
       name = next;
       clearTimeout(timer);
@@ -204,7 +209,7 @@ export function makeDetails(
         const answer = await get("/api/capture", { name: next, described: false });
         if (name !== next) return;
         facts = answer;
-        void describe(next);
+        void describe();
       } catch (fault) {
         if (name !== next) return;
         context.stage.rest(false);
@@ -225,7 +230,7 @@ export function makeDetails(
         if (name !== asked || isEditing(element)) return; // what is typed is compared when it is saved
         facts = answer;
         showFacts();
-        void describe(asked);
+        void describe();
       } catch (fault) {
         if (name === asked && fault instanceof ApiError && fault.status === 404) leave(); // removed
       }

@@ -1,6 +1,6 @@
 /** Several captures at once: which are chosen, and what is done with them. */
 
-import { isAbort, post } from "../../api/client.ts";
+import { post } from "../../api/client.ts";
 import type { Part } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
@@ -19,7 +19,7 @@ import type { TableOptions } from "./table.ts";
  */
 export function makeRangePick(
   rows: Pick<Rows, "names">,
-  options: Pick<TableOptions, "onPick" | "failed">,
+  options: Pick<TableOptions, "onPick">,
 ): (index: number, isRange: boolean, on: boolean) => Promise<void> {
   let last = 0;
   return async (index, isRange, on) => {
@@ -29,7 +29,7 @@ export function makeRangePick(
       options.onPick(await rows.names(low, high), on);
     } catch (fault) {
       options.onPick([], on); // the box shows again that it is not selected
-      if (!isAbort(fault)) options.failed(fault);
+      throw fault;
     }
   };
 }

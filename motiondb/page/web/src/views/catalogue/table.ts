@@ -35,7 +35,6 @@ export interface TableOptions {
   isPicked(name: string): boolean;
   /** Captures were selected, or not any more. */
   onPick(names: readonly string[], picked: boolean): void;
-  failed(fault: unknown): void;
 }
 
 /** Columns and tags that do not stand in the column of tags. */
