@@ -424,11 +424,8 @@ def _change(page: Page, db: MotionDB, capture: str, captions: tuple[Caption, ...
 
 def _facet_row(facet: Facet) -> FacetRow:
     """Return the number of captures for each value, and the filter that selects them."""
-    values = [
-        FacetValue(value, count, condition_text(facet.column, value))
-        for value, count in facet.values[:MOST_SHOWN]
-    ]
-    more = max(len(facet.values) - MOST_SHOWN, 0)
+    shown, more = facet.values[:MOST_SHOWN], max(len(facet.values) - MOST_SHOWN, 0)
+    values = [FacetValue(each, n, condition_text(facet.column, each)) for each, n in shown]
     return FacetRow(facet.column, values, more, facet.missing)
 
 

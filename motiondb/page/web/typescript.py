@@ -8,7 +8,6 @@ dependencies of motiondb; a test compares it with the description.
 from __future__ import annotations
 
 import json
-import re
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -65,20 +64,21 @@ def types_of(description: Schema) -> str:
     """Return the types of a description of the interface."""
     schemas = description["components"]["schemas"]
     parts = [interface(name, schema) for name, schema in sorted(schemas.items())]
-    return "\n".join([HEAD, *parts, *(routes(method, description) for method in METHODS)])
+    asked = [
+        interface(name, {"properties": replies(method, description)})
+        for method, name in METHODS.items()
+    ]
+    return "\n".join([HEAD, *parts, *asked])
 
 
-def routes(method: str, description: Schema) -> str:
-    """Return the replies to a method, by the path that is asked."""
-    rows = [f"export interface {METHODS[method]} {{"]
-    for path, asked in sorted(description["paths"].items()):
-        replies = asked.get(method, {}).get("responses", {})
-        content = next((replies[code]["content"] for code in replies if code[0] == "2"), {})
-        if schema := content.get("application/json", {}).get("schema"):
-            open_path = re.sub(r"\{\w+\}", "${string}", path)
-            key = f'"{path}"' if open_path == path else f"[path: `{open_path}`]"
-            rows.append(f"  {key}: {type_of(schema)};")
-    return "\n".join([*rows, "}\n"])
+def replies(method: str, description: Schema) -> Schema:
+    """Return the replies to a method, by the paths that are asked."""
+    return {
+        f'"{path}"': reply["content"]["application/json"]["schema"]
+        for path, asked in sorted(description["paths"].items())
+        for code, reply in asked.get(method, {}).get("responses", {}).items()
+        if code[0] == "2" and "application/json" in reply.get("content", {})
+    }
 
 
 def describe() -> Schema:

@@ -230,8 +230,7 @@ class _Reader:
         sign = self.next().replace("==", "=")
         self.place += 1
         value = self._value(start, ())
-        ends = self.kind() == "end" or self.says("and", "or") or self.next() == ")"
-        if not ends:
+        if not (self.kind() == "end" or self.says("and", "or") or self.next() == ")"):
             raise self.refusal(start)
         return Condition(name, sign, value)
 
@@ -276,16 +275,9 @@ def condition_text(name: str, value: str) -> str:
     """Return the filter that a column or tag has a value.
 
     >>> condition_text("performer", 'a "b" and c')
-    'performer="a ""b"" and c"'
-    >>> condition_text("in", "yes")
-    '"in"="yes"'
+    '"performer"="a ""b"" and c"'
     """
-    is_plain = name.isidentifier() and name.lower() not in ("and", "or", "not", "in")
-    return f"{name if is_plain else _quoted(name)}={_quoted(value)}"
-
-
-def _quoted(text: str) -> str:
-    return '"' + text.replace('"', '""') + '"'
+    return "=".join('"' + text.replace('"', '""') + '"' for text in (name, value))
 
 
 def _unquoted(text: str) -> str:
@@ -322,10 +314,8 @@ def _with_columns(each: Filter, known: Sequence[str]) -> Filter:
         return NoneOf(tuple(_with_columns(f, known) for f in each.filters))
     if each.name in known:
         return each
-    if each.name.casefold() in HEADS:
-        return replace(each, name=HEADS[each.name.casefold()])
-    if each.name.casefold() in MEASURED:
-        return replace(each, name=MEASURED[each.name.casefold()])
+    if name := {**MEASURED, **HEADS}.get(each.name.casefold()):
+        return replace(each, name=name)
     raise QueryError(
         f"filter on {each.name!r}: expected one of {', '.join(known)}, found no such "
         f"column or tag.{suggestion(each.name, (*known, *HEADS, *MEASURED))}"
@@ -379,10 +369,7 @@ def _values(info: CaptureInfo, name: str, captions: Sequence[str]) -> Sequence[s
 
 def _holds(values: Sequence[str], condition: Condition) -> bool:
     if condition.operator.startswith("!"):
-        opposite = Condition(
-            condition.name, {"!=": "=", "!~": "~"}[condition.operator], condition.value
-        )
-        return not _holds(values, opposite)
+        return not _holds(values, replace(condition, operator=condition.operator[1:]))
     return any(_compare(value, condition) for value in values)
 
 

@@ -33,7 +33,7 @@ def _info(**tags: str) -> CaptureInfo:
         ("a!=b AND c~d e", (("a", "!=", "b"), ("c", "~", "d e"))),
         ("take='sand and sea' and fps=60", (("take", "=", "sand and sea"), ("fps", "=", "60"))),
         ("licence=''", (("licence", "=", ""),)),
-        ("a='it''s \"x\"' and \"b\"\"c\"=1", (("a", "=", "it's \"x\""), ('b"c', "=", "1"))),
+        ('a=\'it\'\'s "x"\' and "b""c"=1', (("a", "=", 'it\'s "x"'), ('b"c', "=", "1"))),
         ("name=band and kind=android", (("name", "=", "band"), ("kind", "=", "android"))),
     ],
 )

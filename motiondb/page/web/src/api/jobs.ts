@@ -12,7 +12,7 @@ export const stepOf = ({ what, state }: JobReply): string =>
   { waiting: "waiting", running: "starting", done: "done", failed: "failed", cancelled: "cancelled" }[state];
 
 export const cancelJob = (job: JobReply): Promise<unknown> =>
-  remove(`/api/jobs/${encodeURIComponent(job.id)}`);
+  remove(`/api/jobs/${encodeURIComponent(job.id)}` as "/api/jobs/{job_id}");
 
 /** Why a job failed, as advice for this page. */
 export const failureOf = (job: JobReply): string => onPage(job.message ?? "It failed.");

@@ -1591,7 +1591,7 @@ export interface Got {
   "/api/grammar/suggest": SuggestReply;
   "/api/grammars": GrammarsReply;
   "/api/jobs": JobsReply;
-  [path: `/api/jobs/${string}`]: JobReply;
+  "/api/jobs/{job_id}": JobReply;
   "/api/joints": JointProposal;
   "/api/like": LikeReply;
   "/api/made": GenerateReply;
@@ -1649,7 +1649,7 @@ export interface Deleted {
   "/api/board": Removed;
   "/api/capture": Removed;
   "/api/grammar": Removed;
-  [path: `/api/jobs/${string}`]: JobReply;
+  "/api/jobs/{job_id}": JobReply;
   "/api/scene": Removed;
   "/api/selection": CapturesChanged;
 }

@@ -61,7 +61,6 @@ export function open(host: HTMLElement, context: Context): OpenView {
   });
   const panel = h("aside.symbol-panel", { "aria-label": "Chosen symbol" });
   const left = h("div.symbol-left", bar, finding, choice.element, map.element, legend);
-  fill(host, h("h1.hidden-heading", "Symbol space"), h("div.symbol-body", left, panel));
 
   async function load(): Promise<void> {
     try {
@@ -70,6 +69,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
       fill(host, notLearned(fault, context) ?? faultState(messageOf(fault)));
       return;
     }
+    if (!left.isConnected)
+      fill(host, h("h1.hidden-heading", "Symbol space"), h("div.symbol-body", left, panel));
     showMap();
     void showChosen();
   }
