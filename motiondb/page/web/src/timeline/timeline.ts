@@ -184,7 +184,8 @@ export function makeTimeline(options: TimelineOptions) {
     element,
     setLanes(lanes: readonly Lane[]): void {
       shown = lanes.filter((lane) => lane.blocks.length > 0);
-      more.hidden = true;
+      const said = more.querySelector("a")?.getAttribute("href"); // stays if its block does
+      more.hidden ||= !shown.some(({ blocks }) => blocks.some((one) => one.more?.href === said));
       fill(
         lanesBox,
         shown.map((lane, n) => laneElement(lane, n, percent, duration)),

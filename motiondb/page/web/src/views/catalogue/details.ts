@@ -184,11 +184,11 @@ export function makeDetails(
 
   return {
     element,
-    /** Show a capture, with a part of it and a moment if an address names them. */
     /** The capture that is shown. */
     get name(): string {
       return name;
     },
+    /** Show a capture, with a part of it and a moment if an address names them. */
     async show(next: string, { part, time }: Place): Promise<void> {
       name = next;
       clearTimeout(timer);
