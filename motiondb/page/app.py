@@ -137,16 +137,10 @@ def _page_files(application: FastAPI, bundle: Path) -> None:
         page_file = bundle_file(bundle, name)
         if page_file is None:
             raise unknown("file", name)
-        if page_file.suffix in (".js", ".css") and "gzip" in request.headers.get(
-            "accept-encoding", ""
-        ):
-            return Response(
-                _compressed(page_file, page_file.stat().st_mtime_ns),
-                media_type="text/css" if page_file.suffix == ".css" else "text/javascript",
-                headers={
-                    "Cache-Control": "no-cache",
-                    "Content-Encoding": "gzip",
-                    "Vary": "Accept-Encoding",
-                },
-            )
-        return FileResponse(page_file, headers={"Cache-Control": "no-cache"})
+        headers = {"Cache-Control": "no-cache"}
+        media = {".js": "text/javascript", ".css": "text/css"}.get(page_file.suffix)
+        if media is None or "gzip" not in request.headers.get("accept-encoding", ""):
+            return FileResponse(page_file, headers=headers)
+        headers |= {"Content-Encoding": "gzip", "Vary": "Accept-Encoding"}
+        data = _compressed(page_file, page_file.stat().st_mtime_ns)
+        return Response(data, media_type=media, headers=headers)

@@ -204,10 +204,8 @@ class Page:
 
     def scene_ids(self) -> list[str]:
         """Return the ids of the scenes that jobs made, newest first."""
-        folders = [
-            path for path in (self.folder / "scenes").iterdir() if (path / FACTS_FILE).is_file()
-        ]
-        return [p.name for p in sorted(folders, key=lambda p: -(p / FACTS_FILE).stat().st_mtime)]
+        facts = (self.folder / "scenes").glob(f"*/{FACTS_FILE}")
+        return [p.parent.name for p in sorted(facts, key=lambda p: -p.stat().st_mtime)]
 
     def close(self) -> None:
         """End jobs and close the database."""

@@ -95,8 +95,9 @@ def test_an_empty_database_says_what_to_do(serve_copy, new_page, tmp_path):
         page.locator(f".view-{view}").get_by_role(
             "heading", name="This database is empty"
         ).wait_for()
-    page.get_by_role("button", name="Go to the catalogue").click()
-    page.get_by_role("button", name="Add captures").first.wait_for()
+        page.get_by_role("button", name="Try it with 101 sample captures").wait_for()
+    page.get_by_role("button", name="Add captures").click()
+    page.get_by_role("dialog").get_by_text("Drop captures here").wait_for()
 
 
 def test_captures_without_captions_are_searched_with_words_of_others(

@@ -26,6 +26,7 @@ from motiondb.page.state import Edit, Page, find_row, info_and_drift
 from motiondb.page.uploads import without_surrogates
 from motiondb.records import Caption, DuplicateGroup
 from motiondb.store import transaction
+from motiondb.store.catalogue.where import condition_text
 
 MOST_CHANGED = 10_000  # Largest number of captures of one change
 Names = Annotated[list[Text], Field(min_length=1, max_length=MOST_CHANGED)]
@@ -230,7 +231,7 @@ class FacetValue:
 
     value: str
     count: int
-    where: str | None
+    where: str
 
 
 @dataclass(frozen=True)
@@ -423,24 +424,9 @@ def _change(page: Page, db: MotionDB, capture: str, captions: tuple[Caption, ...
 
 def _facet_row(facet: Facet) -> FacetRow:
     """Return the number of captures for each value, and the filter that selects them."""
-    values = [
-        FacetValue(value, count, _condition(facet.column, value))
-        for value, count in facet.values[:MOST_SHOWN]
-    ]
-    more = max(len(facet.values) - MOST_SHOWN, 0)
+    shown, more = facet.values[:MOST_SHOWN], max(len(facet.values) - MOST_SHOWN, 0)
+    values = [FacetValue(each, n, condition_text(facet.column, each)) for each, n in shown]
     return FacetRow(facet.column, values, more, facet.missing)
-
-
-def _condition(column: str, value: str) -> str | None:
-    """Return the filter for a value; None if the filter language cannot quote it.
-
-    >>> _condition("performer", "ana")
-    'performer="ana"'
-    >>> print(_condition("licence", 'a "b" and c'))
-    licence='a "b" and c'
-    """
-    quotes = [quote for quote in "\"'" if quote not in value]
-    return f"{column}={quotes[0]}{value}{quotes[0]}" if quotes else None
 
 
 @cache

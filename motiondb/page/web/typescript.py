@@ -14,6 +14,8 @@ from typing import Any
 
 TYPES = Path(__file__).parent / "src" / "api" / "types.ts"
 HEAD = "/** Types of requests and replies, written by ../../typescript.py. Times in seconds. */\n"
+METHODS = {"get": "Got", "post": "Posted", "put": "Put", "delete": "Deleted"}
+"""The interfaces of the replies to each method."""
 _PLAIN = {"string": "string", "number": "number", "integer": "number", "boolean": "boolean"}
 
 Schema = dict[str, Any]
@@ -62,7 +64,21 @@ def types_of(description: Schema) -> str:
     """Return the types of a description of the interface."""
     schemas = description["components"]["schemas"]
     parts = [interface(name, schema) for name, schema in sorted(schemas.items())]
-    return "\n".join([HEAD, *parts])
+    asked = [
+        interface(name, {"properties": replies(method, description)})
+        for method, name in METHODS.items()
+    ]
+    return "\n".join([HEAD, *parts, *asked])
+
+
+def replies(method: str, description: Schema) -> Schema:
+    """Return the replies to a method, by the paths that are asked."""
+    return {
+        f'"{path}"': reply["content"]["application/json"]["schema"]
+        for path, asked in sorted(description["paths"].items())
+        for code, reply in asked.get(method, {}).get("responses", {}).items()
+        if code[0] == "2" and "application/json" in reply.get("content", {})
+    }
 
 
 def describe() -> Schema:

@@ -18,7 +18,7 @@ SELECTION = "selection"
 """The tag that holds them."""
 Span = tuple[float, float] | None
 """A part of a capture, seconds; None: all of it."""
-MARKS = ';[]"'
+MARKS = ";[]"
 """Characters that the name of a selection cannot have."""
 _PARTS = re.compile(r"(.*?)\s*\[([^][]*)\]")
 _SPAN = re.compile(r"(\d+(?:\.\d+)?)-(\d+(?:\.\d+)?)")

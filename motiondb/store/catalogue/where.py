@@ -8,6 +8,7 @@ An example is ``performer in (14, 16) and not (duration<2.5 or caption~walk)``. 
     condition   name operator value | name ["not"] "in" "(" value {"," value} ")" | "needs"
     operator    = != < <= > >= ~ !~         ~ means that the text contains the value
     value       text up to the next "and", "or" or closing parenthesis, or anything in quotes
+                (in which a quote is written twice)
 
 A name is a column of the catalogue, ``caption`` (the texts that people wrote about the capture), a
 tag (in quotes where it is like a word of the syntax: ``"in"=yes``), or a head of the catalogue's
@@ -62,8 +63,8 @@ MOST_CHARACTERS = 100_000  # Of a filter; a list of a thousand captures has abou
 MOST_DEPTH = 50  # Most parentheses and negations within one another
 
 _TOKEN = re.compile(
-    r"""(?P<quoted>"[^"]*"|'[^']*')|(?P<operator>!=|!~|<=|>=|==|=|<|>|~)|(?P<sign>[(),])
-        |(?P<word>[^\s=!<>~"'(),]+)|(?P<other>[!"'])""",
+    r"""(?P<quoted>"(?:[^"]|"")*"|'(?:[^']|'')*')|(?P<operator>!=|!~|<=|>=|==|=|<|>|~)
+        |(?P<sign>[(),])|(?P<word>[^\s=!<>~"'(),]+)|(?P<other>[!"'])""",
     re.VERBOSE,
 )
 
@@ -221,7 +222,7 @@ class _Reader:
         if self.place == start:
             raise self.refusal(start)
         name = self.text[self.tokens[start].start() : self.tokens[self.place - 1].end()]
-        name = name[1:-1] if is_quoted else name
+        name = _unquoted(name) if is_quoted else name
         if self._begins_list():
             return self._list(name, start)
         if self.kind() != "operator":
@@ -229,8 +230,7 @@ class _Reader:
         sign = self.next().replace("==", "=")
         self.place += 1
         value = self._value(start, ())
-        ends = self.kind() == "end" or self.says("and", "or") or self.next() == ")"
-        if not ends:
+        if not (self.kind() == "end" or self.says("and", "or") or self.next() == ")"):
             raise self.refusal(start)
         return Condition(name, sign, value)
 
@@ -257,7 +257,7 @@ class _Reader:
         first = self.place
         if self.kind() == "quoted":
             self.place += 1
-            return self.tokens[first].group()[1:-1]
+            return _unquoted(self.tokens[first].group())
         opened = 0
         while self.kind() in ("word", "sign") and not (
             opened == 0 and (self.next() in stops or (not stops and self.says("and", "or")))
@@ -269,6 +269,20 @@ class _Reader:
         if self.place == first or opened:
             raise self.refusal(start)
         return self.text[self.tokens[first].start() : self.tokens[self.place - 1].end()]
+
+
+def condition_text(name: str, value: str) -> str:
+    """Return the filter that a column or tag has a value.
+
+    >>> condition_text("performer", 'a "b" and c')
+    '"performer"="a ""b"" and c"'
+    """
+    return "=".join('"' + text.replace('"', '""') + '"' for text in (name, value))
+
+
+def _unquoted(text: str) -> str:
+    """Return what stands between quotes; a quote in it is written twice."""
+    return text[1:-1].replace(text[0] * 2, text[0])
 
 
 def conditions_of(filters: Iterable[Filter]) -> Iterator[Condition]:
@@ -300,10 +314,8 @@ def _with_columns(each: Filter, known: Sequence[str]) -> Filter:
         return NoneOf(tuple(_with_columns(f, known) for f in each.filters))
     if each.name in known:
         return each
-    if each.name.casefold() in HEADS:
-        return replace(each, name=HEADS[each.name.casefold()])
-    if each.name.casefold() in MEASURED:
-        return replace(each, name=MEASURED[each.name.casefold()])
+    if name := {**MEASURED, **HEADS}.get(each.name.casefold()):
+        return replace(each, name=name)
     raise QueryError(
         f"filter on {each.name!r}: expected one of {', '.join(known)}, found no such "
         f"column or tag.{suggestion(each.name, (*known, *HEADS, *MEASURED))}"
@@ -357,10 +369,7 @@ def _values(info: CaptureInfo, name: str, captions: Sequence[str]) -> Sequence[s
 
 def _holds(values: Sequence[str], condition: Condition) -> bool:
     if condition.operator.startswith("!"):
-        opposite = Condition(
-            condition.name, {"!=": "=", "!~": "~"}[condition.operator], condition.value
-        )
-        return not _holds(values, opposite)
+        return not _holds(values, replace(condition, operator=condition.operator[1:]))
     return any(_compare(value, condition) for value in values)
 
 

@@ -11,6 +11,7 @@ from motiondb.records import CaptureInfo
 from motiondb.store.catalogue.where import (
     Condition,
     asks_captions,
+    condition_text,
     matches,
     parse_where,
     with_columns,
@@ -32,6 +33,7 @@ def _info(**tags: str) -> CaptureInfo:
         ("a!=b AND c~d e", (("a", "!=", "b"), ("c", "~", "d e"))),
         ("take='sand and sea' and fps=60", (("take", "=", "sand and sea"), ("fps", "=", "60"))),
         ("licence=''", (("licence", "=", ""),)),
+        ('a=\'it\'\'s "x"\' and "b""c"=1', (("a", "=", 'it\'s "x"'), ('b"c', "=", "1"))),
         ("name=band and kind=android", (("name", "=", "band"), ("kind", "=", "android"))),
     ],
 )
@@ -190,6 +192,11 @@ def test_a_filter_has_a_longest_length() -> None:
         "filter: expected at most 100,000 characters, found 140,003. Ask for less at a time."
     )
     assert len(parse_where("name in (" + ", ".join(map(str, range(5_000))) + ")")) == 1
+
+
+@given(st.text(min_size=1), st.text())
+def test_any_name_and_value_are_a_condition(name: str, value: str) -> None:
+    assert parse_where(condition_text(name, value)) == (Condition(name, "=", value),)
 
 
 @settings(max_examples=100, deadline=None)

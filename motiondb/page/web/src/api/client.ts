@@ -1,7 +1,7 @@
 /** Requests to the server, and its errors as sentences for people. */
 
 import { onPage } from "./advice.ts";
-import type { ErrorReply } from "./types.ts";
+import type { Deleted, ErrorReply, Got, Posted, Put } from "./types.ts";
 
 /** Why the server refused a request, or could not be reached. */
 export class ApiError extends Error {
@@ -73,7 +73,7 @@ function withBody(method: string, body: unknown): RequestInit {
 const early = new Map<string, Promise<unknown>>();
 
 /** Ask now for what the next view asks for; ends when the answer is there, or cannot be. */
-export async function prefetch(path: string, parameters: Parameters): Promise<void> {
+export async function prefetch(path: keyof Got, parameters: Parameters): Promise<void> {
   const asked = get(path, parameters);
   early.clear();
   early.set(withParameters(path, parameters), asked);
@@ -84,27 +84,34 @@ export async function prefetch(path: string, parameters: Parameters): Promise<vo
 export const dropEarly = (): void => early.clear();
 
 /** Request JSON. */
-export async function get<T>(path: string, parameters: Parameters = {}, signal?: AbortSignal): Promise<T> {
+export async function get<P extends keyof Got>(
+  path: P,
+  parameters: Parameters = {},
+  signal?: AbortSignal,
+): Promise<Got[P]> {
   const address = withParameters(path, parameters);
   const known = early.get(address);
   if (early.delete(address)) {
-    const reply = (await known) as T;
+    const reply = (await known) as Got[P];
     signal?.throwIfAborted();
     return reply;
   }
-  return (await send(address, signal ? { signal } : {})).json() as Promise<T>;
+  return (await send(address, signal ? { signal } : {})).json();
 }
 
-export async function post<T>(path: string, body: unknown): Promise<T> {
-  return (await send(path, withBody("POST", body))).json() as Promise<T>;
+export async function post<P extends keyof Posted>(path: P, body: unknown): Promise<Posted[P]> {
+  return (await send(path, withBody("POST", body))).json();
 }
 
-export async function put<T>(path: string, body: unknown): Promise<T> {
-  return (await send(path, withBody("PUT", body))).json() as Promise<T>;
+export async function put<P extends keyof Put>(path: P, body: unknown): Promise<Put[P]> {
+  return (await send(path, withBody("PUT", body))).json();
 }
 
-export async function remove<T>(path: string, parameters: Parameters = {}): Promise<T> {
-  return (await send(withParameters(path, parameters), { method: "DELETE" })).json() as Promise<T>;
+export async function remove<P extends keyof Deleted>(
+  path: P,
+  parameters: Parameters = {},
+): Promise<Deleted[P]> {
+  return (await send(withParameters(path, parameters), { method: "DELETE" })).json();
 }
 
 /** Request bytes. */
@@ -116,8 +123,8 @@ export async function postForBytes(path: string, body: unknown): Promise<ArrayBu
   return (await send(path, withBody("POST", body))).arrayBuffer();
 }
 
-export async function postForm<T>(path: string, form: FormData): Promise<T> {
-  return (await send(path, { method: "POST", body: form })).json() as Promise<T>;
+export async function postForm<P extends keyof Posted>(path: P, form: FormData): Promise<Posted[P]> {
+  return (await send(path, { method: "POST", body: form })).json();
 }
 
 /** Request a file to save, with the name that the server gives it. */

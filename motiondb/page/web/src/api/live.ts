@@ -1,7 +1,7 @@
 /** News from the server: the database changed, a job went on. */
 
 import { get } from "./client.ts";
-import type { JobReply, JobsReply } from "./types.ts";
+import type { JobReply } from "./types.ts";
 
 export type News =
   | { kind: "revision"; revision: number }
@@ -10,15 +10,8 @@ export type News =
   | { kind: "forgotten"; jobs: readonly string[] }
   | { kind: "connection"; open: boolean };
 
-export interface Live {
-  /** Call a listener with every piece of news; returns a function that stops this. */
-  listen(listener: (news: News) => void): () => void;
-  /** The jobs that the server knows, newest first. */
-  jobs(): readonly JobReply[];
-}
-
 /** Listen to the server; jobs that began before this page was loaded are requested. */
-export function openLive(): Live {
+export function openLive() {
   const listeners = new Set<(news: News) => void>();
   const jobs = new Map<string, JobReply>();
   const tell = (news: News): void => listeners.forEach((listener) => listener(news));
@@ -37,7 +30,7 @@ export function openLive(): Live {
     source.addEventListener("job", (event) => learn(JSON.parse(event.data) as JobReply));
     source.addEventListener("open", () => {
       tell({ kind: "connection", open: true });
-      get<JobsReply>("/api/jobs").then(
+      get("/api/jobs").then(
         (answer) => {
           const known = new Set(answer.jobs.map((job) => job.id));
           const gone = [...jobs.keys()].filter((id) => !known.has(id));
@@ -57,10 +50,14 @@ export function openLive(): Live {
   addEventListener("pageshow", (event) => event.persisted && connect());
   connect();
   return {
-    listen(listener) {
+    /** Call a listener with every piece of news; returns a function that stops this. */
+    listen(listener: (news: News) => void): () => void {
       listeners.add(listener);
       return () => listeners.delete(listener);
     },
+    /** The jobs that the server knows, newest first. */
     jobs: () => [...jobs.values()].sort((a, b) => (b.started ?? Infinity) - (a.started ?? Infinity)),
   };
 }
+
+export type Live = ReturnType<typeof openLive>;

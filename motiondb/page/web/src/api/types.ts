@@ -440,7 +440,7 @@ export interface FacetRow {
 export interface FacetValue {
   value: string;
   count: number;
-  where: string | null;
+  where: string;
 }
 
 export interface FacetsReply {
@@ -1570,4 +1570,86 @@ export interface WrittenAnswer {
   tags: string[];
   captures: number;
   in_captions: number;
+}
+
+export interface Got {
+  "/api/along": LikeReply;
+  "/api/board": BoardReply;
+  "/api/board/kinds": BoardKinds;
+  "/api/boards": BoardsReply;
+  "/api/capture": CaptureDetails;
+  "/api/captures": CapturePage;
+  "/api/choice": ChoiceReply;
+  "/api/describe": DescribeReply;
+  "/api/duplicates": DuplicatesReply;
+  "/api/examples": ExamplesReply;
+  "/api/facets": FacetsReply;
+  "/api/folders": FolderReply;
+  "/api/grammar": GrammarReply;
+  "/api/grammar/compare": CompareReply;
+  "/api/grammar/questions": QuestionsReply;
+  "/api/grammar/suggest": SuggestReply;
+  "/api/grammars": GrammarsReply;
+  "/api/jobs": JobsReply;
+  "/api/jobs/{job_id}": JobReply;
+  "/api/joints": JointProposal;
+  "/api/like": LikeReply;
+  "/api/made": GenerateReply;
+  "/api/rhythm": LikeReply;
+  "/api/scene": SceneReply;
+  "/api/scenes": ScenesReply;
+  "/api/search": SearchReply;
+  "/api/selection": SelectionReply;
+  "/api/selections": SelectionsReply;
+  "/api/sequence": SequenceReply;
+  "/api/status": Status;
+  "/api/symbol": SegmentsReply;
+  "/api/symbols": SpaceReply;
+  "/api/undo": UndoState;
+  "/api/vocabulary": VocabularyReply;
+  "/api/wall": WallReply;
+}
+
+export interface Posted {
+  "/api/add": JobReply;
+  "/api/board/check": BoardReply;
+  "/api/captures/remove": CapturesChanged;
+  "/api/captures/rename": CapturesChanged;
+  "/api/captures/tags": CapturesChanged;
+  "/api/captures/words": CapturesChanged;
+  "/api/generate": GenerateReply;
+  "/api/grammar/answers": AnswerReply;
+  "/api/grammar/parse": ParseAnswer;
+  "/api/grammar/undo": GrammarEdited;
+  "/api/grammars": JobReply;
+  "/api/learn": JobReply;
+  "/api/made/save": Saved;
+  "/api/scenes": JobReply;
+  "/api/scenes/keep": SceneKept;
+  "/api/scenes/update": JobReply;
+  "/api/selection/add": CapturesChanged;
+  "/api/selection/take": CapturesChanged;
+  "/api/sequences": SequenceReply;
+  "/api/sequences/alternatives": AlternativesReply;
+  "/api/sequences/open": SequenceReply;
+  "/api/sequences/save": Saved;
+  "/api/undo": WordsUndone;
+  "/api/uploads": UploadReply;
+  "/api/words": WordsEdited;
+}
+
+export interface Put {
+  "/api/board": BoardReply;
+  "/api/captions": WordsEdited;
+  "/api/grammar/rules": GrammarEdited;
+  "/api/grammar/terminal": GrammarEdited;
+}
+
+export interface Deleted {
+  "/api/board": Removed;
+  "/api/capture": Removed;
+  "/api/grammar": Removed;
+  "/api/jobs/{job_id}": JobReply;
+  "/api/scene": Removed;
+  "/api/selection": CapturesChanged;
 }

@@ -1,4 +1,4 @@
-/** Make elements: `h("button", { class: "plain", on: { click } }, "Play")`. */
+/** Make elements: `h("button.plain", { on: { click } }, "Play")`. */
 
 export type Child = Node | string | number | null | undefined | false | readonly Child[];
 
@@ -12,29 +12,33 @@ export interface Attributes {
   [name: string]: unknown;
 }
 
-/** Make an HTML element with attributes, listeners and children. */
-export function h<K extends keyof HTMLElementTagNameMap>(
-  tag: K,
-  attributes: Attributes = {},
-  ...children: Child[]
-): HTMLElementTagNameMap[K] {
-  const element = document.createElement(tag);
-  setAttributes(element, attributes);
-  append(element, children);
-  return element;
-}
+/** A tag, with classes after dots. */
+type Tag<Map> = (keyof Map & string) | `${keyof Map & string}.${string}`;
+type Made<Map, T extends string> = Map[(T extends `${infer Name}.${string}` ? Name : T) & keyof Map];
+type Rest = readonly Child[] | readonly [Attributes, ...Child[]];
+
+/** Make an HTML element with classes, attributes, listeners and children. */
+export const h = <T extends Tag<HTMLElementTagNameMap>>(tag: T, ...rest: Rest) =>
+  make((name) => document.createElement(name), tag, rest) as Made<HTMLElementTagNameMap, T>;
 
 const SVG = "http://www.w3.org/2000/svg";
 
 /** Make an SVG element. */
-export function svg<K extends keyof SVGElementTagNameMap>(
-  tag: K,
-  attributes: Attributes = {},
-  ...children: Child[]
-): SVGElementTagNameMap[K] {
-  const element = document.createElementNS(SVG, tag) as SVGElementTagNameMap[K];
-  setAttributes(element, attributes);
-  append(element, children);
+export const svg = <T extends Tag<SVGElementTagNameMap>>(tag: T, ...rest: Rest) =>
+  make((name) => document.createElementNS(SVG, name) as SVGElement, tag, rest) as Made<
+    SVGElementTagNameMap,
+    T
+  >;
+
+function make(create: (name: string) => HTMLElement | SVGElement, tag: string, rest: Rest): Element {
+  const [name, ...classes] = tag.split(".");
+  const element = create(name!);
+  if (classes.length > 0) element.setAttribute("class", classes.join(" "));
+  const [first, ...others] = rest;
+  const isChild =
+    typeof first !== "object" || first === null || first instanceof Node || Array.isArray(first);
+  if (!isChild) setAttributes(element, first as Attributes);
+  append(element, isChild ? (rest as readonly Child[]) : (others as Child[]));
   return element;
 }
 

@@ -33,8 +33,8 @@ export type IconName = keyof typeof PATHS;
 /** An icon of 16 pixels in the colour of the text around it, hidden from screen readers. */
 export function icon(name: IconName): SVGElement {
   return svg(
-    "svg",
-    { viewBox: "0 0 16 16", width: 16, height: 16, class: "icon", "aria-hidden": "true", focusable: "false" },
+    "svg.icon",
+    { viewBox: "0 0 16 16", width: 16, height: 16, "aria-hidden": "true", focusable: "false" },
     svg("path", { d: PATHS[name] }),
   );
 }

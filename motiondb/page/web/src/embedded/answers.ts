@@ -49,9 +49,7 @@ export function renderAnswer(host: HTMLElement, context: EmbeddedContext): void 
   if (kind === "sequence") return renderSequence(host, context, answer as SequenceReply);
   const facts = answer as SceneReply;
   renderTake(host, context, facts.ref, sceneLanes(facts), []);
-  append(host, [
-    h("details", {}, h("summary", {}, "The diagram as text"), h("pre", { tabindex: 0 }, facts.text)),
-  ]);
+  append(host, [h("details", h("summary", "The diagram as text"), h("pre", { tabindex: 0 }, facts.text))]);
 }
 
 function renderSearch(host: HTMLElement, context: EmbeddedContext, answer: SearchReply): void {
@@ -73,10 +71,7 @@ function renderLike(host: HTMLElement, context: EmbeddedContext, answer: LikeRep
   const example = "example" in context.data.motions ? "example" : answer.ref;
   if (example in context.data.motions) renderTake(host, context, example, [], []);
   const answers = makeAnswers(context, null);
-  append(host, [
-    answer.unchecked ? h("p", { class: "small muted" }, answer.unchecked) : null,
-    answers.element,
-  ]);
+  append(host, [answer.unchecked ? h("p.small.muted", answer.unchecked) : null, answers.element]);
   answers.show(answer);
 }
 
@@ -84,8 +79,7 @@ function renderGenerated(host: HTMLElement, context: EmbeddedContext, answer: Ge
   append(host, [
     questionElement(answer.question, answer.sentences, answer.unknown, {}, () => undefined),
     h(
-      "div",
-      { class: "answer-grid wide" },
+      "div.answer-grid.wide",
       answer.variants.map((made) => makeVariant(context, made, null).element),
     ),
   ]);
@@ -104,18 +98,11 @@ function renderTake(
     sources.length > 0
       ? h(
           "section",
-          {},
-          h("h2", {}, "Sources and licences"),
+          h("h2", "Sources and licences"),
           h(
-            "ul",
-            { class: "plain" },
+            "ul.plain",
             sources.map((one) =>
-              h(
-                "li",
-                {},
-                one.capture,
-                h("span", { class: "muted" }, ` ${one.frames} frames, licence ${one.licence}`),
-              ),
+              h("li", one.capture, h("span.muted", ` ${one.frames} frames, licence ${one.licence}`)),
             ),
           ),
         )
@@ -141,7 +128,7 @@ function renderSequence(host: HTMLElement, context: EmbeddedContext, made: Seque
   const plan = makePlan((at) => take.player.seek(made.strip[at]!.start));
   plan.show(made, colours);
   take.player.onTime((time) => plan.setTime(time));
-  append(host, [h("section", { class: "embedded-plan" }, h("h2", {}, "Path on the ground"), plan.element)]);
+  append(host, [h("section.embedded-plan", h("h2", "Path on the ground"), plan.element)]);
 }
 
 function sceneLanes(facts: SceneReply): Lane[] {

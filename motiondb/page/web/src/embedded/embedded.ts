@@ -27,8 +27,7 @@ export function startEmbedded(root: HTMLElement, text: string): void {
     fill(
       root,
       h(
-        "main",
-        { class: "centre" },
+        "main.centre",
         emptyState("This file cannot be shown", "Its data is damaged, or it was made by a newer motiondb."),
       ),
     );
@@ -39,22 +38,20 @@ export function startEmbedded(root: HTMLElement, text: string): void {
   );
   const context: EmbeddedContext = { stage: makeStage(), motions: embeddedMotions(containers), data };
   document.title = `${data.title} · motiondb`;
-  const host = h("main", { id: "view", class: "view embedded" });
+  const host = h("main.view.embedded", { id: "view" });
   fill(
     root,
     h(
-      "header",
-      { class: "top" },
-      h("span", { class: "brand" }, h("span", { class: "brand-mark", "aria-hidden": "true" }), "motiondb"),
-      h("span", { class: "database" }, data.database),
+      "header.top",
+      h("span.brand", h("span.brand-mark", { "aria-hidden": "true" }), "motiondb"),
+      h("span.database", data.database),
     ),
     host,
     h(
-      "footer",
-      { class: "foot" },
+      "footer.foot",
       `Made with motiondb ${data.version}. Captures keep the licences that are shown with them.`,
     ),
   );
-  fill(host, h("h1", {}, data.title));
+  fill(host, h("h1", data.title));
   renderAnswer(host, context);
 }

@@ -1,5 +1,6 @@
 /** Dialogs: a box over the page that has to be answered or closed. */
 
+import { onSubmit } from "../dom/fields.ts";
 import { button } from "../dom/button.ts";
 import { messageOf } from "../api/client.ts";
 import { h, type Attributes, type Child } from "../dom/element.ts";
@@ -8,12 +9,11 @@ import { icon } from "../dom/icons.ts";
 /** Open a dialog; it is removed when it closes. */
 export function openDialog(title: string, ...children: Child[]): HTMLDialogElement {
   const dialog: HTMLDialogElement = h(
-    "dialog",
-    { class: "dialog", "aria-label": title, on: { close: () => dialog.remove() } },
+    "dialog.dialog",
+    { "aria-label": title, on: { close: () => dialog.remove() } },
     h(
-      "div",
-      { class: "dialog-head" },
-      h("h2", {}, title),
+      "div.dialog-head",
+      h("h2", title),
       button("tool", icon("close"), () => dialog.close(), { "aria-label": "Close" }),
     ),
     ...children,
@@ -28,7 +28,7 @@ export function openDialog(title: string, ...children: Child[]): HTMLDialogEleme
  * where it resolves to false or null. What it throws is shown in the dialog, which covers the rest.
  */
 export function openForm(title: string, content: Child, yes: string, send: () => Promise<unknown>): void {
-  const fault = h("p", { class: "bad small", role: "alert" });
+  const fault = h("p.bad.small", { role: "alert" });
   const submit = async (): Promise<void> => {
     fault.textContent = "";
     try {
@@ -40,18 +40,15 @@ export function openForm(title: string, content: Child, yes: string, send: () =>
   };
   const form = h(
     "form",
-    {},
     content,
     fault,
     h(
-      "div",
-      { class: "row end" },
+      "div.row.end",
       button("plain", "Cancel", () => dialog.close()),
-      h("button", { class: "button", type: "submit" }, yes),
+      h("button.button", { type: "submit" }, yes),
     ),
   );
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(form, () => {
     void submit();
   });
   const dialog = openDialog(title, form);
@@ -74,8 +71,7 @@ export interface Line {
 
 /** Ask for one line. */
 export function askLine(line: Line, send: (text: string) => Promise<unknown>): void {
-  const input = h("input", {
-    class: "field wide",
+  const input = h("input.field.wide", {
     id: "asked-line",
     required: true,
     value: line.value ?? "",
@@ -83,10 +79,10 @@ export function askLine(line: Line, send: (text: string) => Promise<unknown>): v
     ...line.rules,
   });
   const content = [
-    line.about ? h("p", { class: "muted" }, line.about) : null,
+    line.about ? h("p.muted", line.about) : null,
     h("label", { for: "asked-line" }, line.label),
     input,
-    line.note ? h("p", { class: "muted" }, line.note) : null,
+    line.note ? h("p.muted", line.note) : null,
   ];
   openForm(line.title, content, line.yes, () => send(input.value.trim()));
   input.select();
@@ -102,10 +98,9 @@ export function askWhether(title: string, text: string, yes: string): Promise<bo
     };
     const dialog = openDialog(
       title,
-      h("p", {}, text),
+      h("p", text),
       h(
-        "div",
-        { class: "row end" },
+        "div.row.end",
         button("plain", "Cancel", () => choose(false), { autofocus: true }),
         button("danger", yes, () => choose(true)),
       ),

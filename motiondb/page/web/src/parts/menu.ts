@@ -4,12 +4,11 @@ import { h } from "../dom/element.ts";
 
 export function makeMenu(label: string, items: readonly HTMLElement[]): HTMLElement {
   const close = (): void => void (menu.open = false);
-  const summary = h("summary", { class: "button plain" }, label);
-  const list = h("div", { class: "menu-items", on: { click: close } }, items);
+  const summary = h("summary.button.plain", label);
+  const list = h("div.menu-items", { on: { click: close } }, items);
   const menu = h(
-    "details",
+    "details.menu",
     {
-      class: "menu",
       on: {
         keydown: (event) => {
           if (event.key !== "Escape" || !menu.open) return;

@@ -6,9 +6,8 @@ import { h } from "../dom/element.ts";
 export function progressBar(share: number | null, what: string): HTMLElement {
   const percent = share === null ? null : Math.round(Math.min(Math.max(share, 0), 1) * 100);
   return h(
-    "div",
-    { class: "progress" },
+    "div.progress",
     h("progress", { max: 100, "aria-label": what, ...(percent === null ? {} : { value: percent }) }),
-    h("span", { class: "progress-what" }, percent === null ? what : `${what} · ${percent} %`),
+    h("span.progress-what", percent === null ? what : `${what} · ${percent} %`),
   );
 }

@@ -1,7 +1,8 @@
 /** Put captures, or parts of them, into a selection that the database keeps under a name. */
 
+import { named } from "../dom/fields.ts";
 import { get, post } from "../api/client.ts";
-import type { CapturesChanged, Part, SelectionsReply, WordsUndone } from "../api/types.ts";
+import type { CapturesChanged, Part } from "../api/types.ts";
 import { button } from "../dom/button.ts";
 import { fill, h } from "../dom/element.ts";
 import type { Context } from "../views/view.ts";
@@ -11,13 +12,9 @@ import { plural } from "./text.ts";
 /** Say that a selection was changed, with a way to undo it. */
 export async function tellChanged(context: Context, text: string, changed: CapturesChanged): Promise<void> {
   const undo = async (): Promise<void> => {
-    try {
-      await post<WordsUndone>("/api/undo", {});
-      context.notify("The last change of a selection is undone.");
-      await context.refresh();
-    } catch (fault) {
-      context.fail(fault);
-    }
+    await post("/api/undo", {});
+    context.notify("The last change of a selection is undone.");
+    await context.refresh();
   };
   context.notify(text, changed.changed.length > 0 ? { label: "Undo", run: () => void undo() } : undefined);
   await context.refresh();
@@ -25,30 +22,24 @@ export async function tellChanged(context: Context, text: string, changed: Captu
 
 /** Ask for a selection, an old or a new one, and put `items` into it; `what` says what they are. */
 export function askSelection(context: Context, items: readonly Part[], what: string): void {
-  const name = h("input", {
-    class: "field wide",
+  const name = h("input.field.wide", {
     id: "selection-name",
     required: true,
     maxlength: 100,
     placeholder: "fight day 2",
     autocomplete: "off",
   });
-  const known = h("div", { class: "row known-selections" });
-  const content = [
-    h("p", { class: "muted" }, what),
-    h("label", { for: "selection-name" }, "Name of the selection, an old or a new one"),
-    name,
-    known,
-  ];
+  const known = h("div.row.known-selections");
+  const content = [h("p.muted", what), named("Name of the selection, an old or a new one", name), known];
   openForm("Add to a selection", content, "Add", async () => {
     const wanted = name.value.trim();
-    const done = await post<CapturesChanged>("/api/selection/add", { name: wanted, items });
+    const done = await post("/api/selection/add", { name: wanted, items });
     const count = done.changed.length;
     const text = count > 0 ? `Added to “${wanted}”.` : `“${wanted}” has all of it already.`;
     await tellChanged(context, text, done);
   });
   name.focus();
-  void get<SelectionsReply>("/api/selections")
+  void get("/api/selections")
     .then(({ selections }) => {
       fill(
         known,

@@ -5,19 +5,12 @@ import { h } from "../dom/element.ts";
 
 export function sourceList(sources: readonly Source[]): HTMLElement {
   return h(
-    "details",
-    { class: "why" },
-    h("summary", {}, `Sources and licences (${sources.length})`),
+    "details.why",
+    h("summary", `Sources and licences (${sources.length})`),
     h(
-      "ul",
-      { class: "plain" },
+      "ul.plain",
       sources.map((one) =>
-        h(
-          "li",
-          {},
-          one.capture,
-          h("span", { class: "muted" }, ` ${one.frames} frames, licence ${one.licence}`),
-        ),
+        h("li", one.capture, h("span.muted", ` ${one.frames} frames, licence ${one.licence}`)),
       ),
     ),
   );

@@ -35,5 +35,5 @@ export function sortFiles(files: readonly NamedFile[], accepts: Status["accepts"
 export function upload(files: readonly NamedFile[]): Promise<UploadReply> {
   const form = new FormData();
   for (const { path, file } of files) form.append("files", file, path);
-  return postForm<UploadReply>("/api/uploads", form);
+  return postForm("/api/uploads", form);
 }

@@ -5,18 +5,6 @@
  * that leave the window are used again for those that come in.
  */
 
-export interface VirtualList {
-  /** Draw everything again, with another number of rows. */
-  reset(total: number): void;
-  /** Draw the visible rows again. */
-  refresh(): void;
-  /** Bring a row into sight. */
-  reveal(index: number): void;
-  /** The element of a row, if it is drawn. */
-  row(index: number): HTMLElement | null;
-  close(): void;
-}
-
 export interface VirtualOptions {
   /** The element that scrolls. */
   viewport: HTMLElement;
@@ -45,7 +33,7 @@ export function rowsInSight(
   return [Math.min(start, end), end];
 }
 
-export function makeVirtualList(options: VirtualOptions): VirtualList {
+export function makeVirtualList(options: VirtualOptions) {
   const { viewport, body, rowHeight } = options;
   const rows = new Map<number, HTMLElement>();
   const spare: HTMLElement[] = [];
@@ -92,7 +80,8 @@ export function makeVirtualList(options: VirtualOptions): VirtualList {
   sized.observe(viewport);
 
   return {
-    reset(count) {
+    /** Draw everything again, with another number of rows. */
+    reset(count: number): void {
       total = count;
       body.style.height = `${total * rowHeight}px`;
       for (const row of rows.values()) {
@@ -103,10 +92,12 @@ export function makeVirtualList(options: VirtualOptions): VirtualList {
       drawn = "";
       draw();
     },
-    refresh() {
+    /** Draw the visible rows again. */
+    refresh(): void {
       for (const [index, row] of rows) options.render(row, index);
     },
-    reveal(index) {
+    /** Bring a row into sight. */
+    reveal(index: number): void {
       const top = body.offsetTop + index * rowHeight;
       const head = body.offsetTop;
       if (top - head < viewport.scrollTop) viewport.scrollTop = top - head;
@@ -115,10 +106,13 @@ export function makeVirtualList(options: VirtualOptions): VirtualList {
       }
       draw();
     },
-    row: (index) => rows.get(index) ?? null,
-    close() {
+    /** The element of a row, if it is drawn. */
+    row: (index: number) => rows.get(index) ?? null,
+    close(): void {
       viewport.removeEventListener("scroll", plan);
       sized.disconnect();
     },
   };
 }
+
+export type VirtualList = ReturnType<typeof makeVirtualList>;

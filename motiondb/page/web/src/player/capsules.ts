@@ -158,16 +158,8 @@ const PRINT = new THREE.ShaderMaterial({
 /** How capsules are drawn: as bodies with their shadows, as bodies alone, or flat on the ground. */
 export type Look = "shaded" | "plain" | "print";
 
-export interface Capsules {
-  /** To be added to a scene. */
-  readonly object: THREE.Mesh;
-  /** Show these capsules. */
-  show(drawn: Drawn): void;
-  dispose(): void;
-}
-
 /** Make room for a number of capsules. */
-export function makeCapsules(room: number, fineness: Fineness, look: Look): Capsules {
+export function makeCapsules(room: number, fineness: Fineness, look: Look) {
   const ends = new THREE.InstancedInterleavedBuffer(new Float32Array(room * CAPSULE), CAPSULE);
   ends.setUsage(THREE.DynamicDrawUsage);
   const tint = new THREE.InstancedBufferAttribute(new Float32Array(room * 3), 3);
@@ -181,8 +173,10 @@ export function makeCapsules(room: number, fineness: Fineness, look: Look): Caps
   object.customDepthMaterial = DEPTH;
   if (look === "print") object.renderOrder = -1; // as the lines of the ground, below bodies
   return {
+    /** To be added to a scene. */
     object,
-    show({ capsules, tints, count }) {
+    /** Show these capsules. */
+    show({ capsules, tints, count }: Drawn): void {
       object.visible = count > 0;
       (ends.array as Float32Array).set(capsules.subarray(0, count * CAPSULE));
       ends.needsUpdate = true;
@@ -193,3 +187,5 @@ export function makeCapsules(room: number, fineness: Fineness, look: Look): Caps
     dispose: () => geometry.dispose(),
   };
 }
+
+export type Capsules = ReturnType<typeof makeCapsules>;

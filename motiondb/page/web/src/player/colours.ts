@@ -2,17 +2,6 @@
 
 import * as THREE from "three";
 
-export interface StageColours {
-  background: THREE.Color;
-  line: THREE.Color;
-  lineStrong: THREE.Color;
-  shadow: THREE.Color;
-  figure: THREE.Color;
-  figureLit: THREE.Color;
-  contact: THREE.Color;
-  court: THREE.Color;
-}
-
 // The shaders work on colours as they are shown; three.js must not convert them.
 THREE.ColorManagement.enabled = false;
 
@@ -22,7 +11,7 @@ function token(name: string): THREE.Color {
 }
 
 /** The colours of the stage in the present scheme, light or dark. */
-export function stageColours(): StageColours {
+export function stageColours() {
   return {
     background: token("stage"),
     line: token("stage-line"),
@@ -34,3 +23,5 @@ export function stageColours(): StageColours {
     court: token("stage-court"),
   };
 }
+
+export type StageColours = ReturnType<typeof stageColours>;

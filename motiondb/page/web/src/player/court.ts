@@ -11,12 +11,6 @@ export interface CourtPlan {
   places: readonly PlaceShape[];
 }
 
-export interface Court {
-  /** Draw a ground; null: none. */
-  show(plan: CourtPlan | null): void;
-  close(): void;
-}
-
 type Spot = readonly [x: number, z: number];
 
 /** Width of a line and its height above the ground, metres. FIBA's 5 cm are not seen from far away. */
@@ -92,7 +86,7 @@ function raised({ own, marks }: GroundShape): THREE.BufferGeometry {
 }
 
 /** Draw grounds into a screen; the figures and the ball play on them. */
-export function makeCourt(screen: Screen): Court {
+export function makeCourt(screen: Screen) {
   const group = new THREE.Group();
   screen.extras.add(group);
   let plan: CourtPlan | null = null;
@@ -123,18 +117,19 @@ export function makeCourt(screen: Screen): Court {
     floor.renderOrder = -1; // with the lines of the ground, below bodies
     group.add(floor);
     const ring = new THREE.MeshBasicMaterial({ color: colours.contact });
-    group.add(...places.filter((one) => one.width > 0).map((one) => outline(one, ring)));
+    for (const one of places) if (one.width > 0) group.add(outline(one, ring));
     group.add(new THREE.LineSegments(raised(ground), new THREE.LineBasicMaterial({ color: colours.court })));
     for (const child of group.children) child.frustumCulled = false;
   }
 
   DARK.addEventListener("change", draw);
   return {
-    show(next) {
+    /** Draw a ground; null: none. */
+    show(next: CourtPlan | null): void {
       plan = next;
       draw();
     },
-    close() {
+    close(): void {
       DARK.removeEventListener("change", draw);
       clear();
     },

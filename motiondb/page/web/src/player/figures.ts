@@ -61,14 +61,6 @@ export interface Picture {
   prints: Drawn;
 }
 
-export interface Figures {
-  /** Middle of the bodies at the last drawn time; the camera follows it. */
-  readonly centre: readonly [number, number, number];
-  /** What was drawn last. */
-  readonly picture: Picture;
-  draw(time: number, show: { trails: boolean; contacts: boolean }): Picture;
-}
-
 /** Empty arrays with room for a number of capsules. */
 function roomFor(count: number): Drawn {
   return { capsules: new Float32Array(count * CAPSULE), tints: new Float32Array(count * 3), count: 0 };
@@ -81,7 +73,7 @@ export function makeFigures(
   markColour: Colour,
   ballColour: Colour,
   isPerson: (points: readonly string[]) => boolean = () => false,
-): Figures {
+) {
   const prepared = figures
     .filter((figure) => figure.motion.frames > 0)
     .map((figure) => prepare(figure, isPerson(figure.motion.points)));
@@ -94,9 +86,11 @@ export function makeFigures(
   };
   const centre: [number, number, number] = [0, 0.9, 0];
   return {
+    /** Middle of the bodies at the last drawn time; the camera follows it. */
     centre,
+    /** What was drawn last. */
     picture,
-    draw(time, show) {
+    draw(time: number, show: { trails: boolean; contacts: boolean }): Picture {
       picture.bodies.count = 0;
       picture.marks.count = 0;
       picture.prints.count = 0;
@@ -112,6 +106,8 @@ export function makeFigures(
     },
   };
 }
+
+export type Figures = ReturnType<typeof makeFigures>;
 
 function prepare(figure: Figure, isPerson: boolean): Prepared {
   const { points, parents, radii } = figure.motion;

@@ -7,11 +7,6 @@ import { stageColours } from "./colours.ts";
 import { seenAt } from "./motion.ts";
 import type { Screen } from "./screen.ts";
 
-export interface Ghosts {
-  show(ghosts: readonly Ghost[]): void;
-  close(): void;
-}
-
 const OPACITY = 0.3;
 
 function boxOf({ centre, size }: Ghost, colour: THREE.Color): THREE.Object3D {
@@ -33,7 +28,7 @@ function boxOf({ centre, size }: Ghost, colour: THREE.Color): THREE.Object3D {
 }
 
 /** Draw boxes into a screen while they are needed. */
-export function makeGhosts(screen: Screen): Ghosts {
+export function makeGhosts(screen: Screen) {
   const group = new THREE.Group();
   screen.extras.add(group);
   let ghosts: readonly Ghost[] = [];
@@ -65,11 +60,11 @@ export function makeGhosts(screen: Screen): Ghosts {
   DARK.addEventListener("change", draw);
   screen.onTime(tell);
   return {
-    show(next) {
+    show(next: readonly Ghost[]): void {
       ghosts = next;
       draw();
     },
-    close() {
+    close(): void {
       DARK.removeEventListener("change", draw);
       clear();
     },

@@ -24,17 +24,15 @@ const KEYS: readonly [string, string][] = [
 /** Open the list over a player. */
 export function showKeys(player: HTMLElement): void {
   const dialog: HTMLDialogElement = h(
-    "dialog",
-    { class: "dialog keys", "aria-label": "Keys of the player", on: { close: () => dialog.remove() } },
-    h("h2", {}, "Keys of the player"),
+    "dialog.dialog.keys",
+    { "aria-label": "Keys of the player", on: { close: () => dialog.remove() } },
+    h("h2", "Keys of the player"),
     h(
       "dl",
-      {},
-      KEYS.map(([keys, action]) => h("div", {}, h("dt", {}, keys), h("dd", {}, action))),
+      KEYS.map(([keys, action]) => h("div", h("dt", keys), h("dd", action))),
     ),
     h(
-      "p",
-      { class: "muted" },
+      "p.muted",
       "The keys work while the picture has the focus. Drag to turn the camera, drag with Shift to move it, and use the wheel to zoom.",
     ),
     button("main", "Close", () => dialog.close(), { autofocus: true }),

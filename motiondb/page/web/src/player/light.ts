@@ -13,17 +13,6 @@ import { BRIGHT, TO_BACK, TO_LAMP } from "./lamps.ts";
 /** A ball that takes light from the ground: its middle and its radius, metres. */
 export type Ball = readonly [x: number, y: number, z: number, radius: number];
 
-export interface Light {
-  /** To be added to a scene. */
-  readonly object: THREE.Group;
-  /** Let shadows fall of all these balls, which the bodies consist of. */
-  around(balls: readonly Ball[]): void;
-  /** With a shadow map, or with spots. */
-  setFine(fine: boolean): void;
-  setColours(colours: StageColours): void;
-  dispose(): void;
-}
-
 /** Points of the shadow map across; and how far from a lamp its eye is, metres. */
 const MAP = 512;
 const AWAY = 30;
@@ -95,7 +84,7 @@ function makeSpots(): { object: THREE.Mesh; show(balls: readonly Ball[]): void; 
 }
 
 /** Make the light of a scene. */
-export function makeLight(): Light {
+export function makeLight() {
   const object = new THREE.Group();
   const fine = new THREE.Group();
   const sky = new THREE.HemisphereLight(0xffffff, 0xffffff, Math.PI * BRIGHT.sky);
@@ -115,8 +104,10 @@ export function makeLight(): Light {
   fine.add(sky, lamp, lamp.target, back, floor);
   object.add(fine, spots.object);
   return {
+    /** To be added to a scene. */
     object,
-    around(balls) {
+    /** Let shadows fall of all these balls, which the bodies consist of. */
+    around(balls: readonly Ball[]): void {
       if (spots.object.visible) return spots.show(balls);
       const [low, high] = [
         [Infinity, 0, Infinity],
@@ -145,18 +136,21 @@ export function makeLight(): Light {
       floor.position.set(x - 0.25 * tall, 0, z - 0.22 * tall);
       floor.scale.set(size / 2, 1, size / 2);
     },
-    setFine(is) {
+    /** With a shadow map, or with spots. */
+    setFine(is: boolean): void {
       fine.visible = is;
       spots.object.visible = !is;
     },
-    setColours(colours) {
+    setColours(colours: StageColours): void {
       SPOT_PAINT.uniforms["colour"]!.value = colours.shadow;
       FLOOR_PAINT.color = colours.shadow;
       FLOOR_PAINT.opacity = 1;
     },
-    dispose() {
+    dispose(): void {
       spots.dispose();
       lamp.dispose();
     },
   };
 }
+
+export type Light = ReturnType<typeof makeLight>;

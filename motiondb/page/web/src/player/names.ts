@@ -10,12 +10,6 @@ import { rolesOf } from "./cast_colours.ts";
 /** Styles of the names of the first two roles. */
 const STYLES = ["first", "second"];
 
-export interface Names {
-  readonly element: HTMLElement;
-  /** Name the bodies of some tracks; one alone needs no name. */
-  show(tracks: readonly Track[], shifts?: readonly (readonly [number, number])[]): void;
-}
-
 /** Metres above the top of a head. */
 const ABOVE = 0.22;
 
@@ -29,8 +23,8 @@ interface Named {
 }
 
 /** Make the layer of names of a screen; it lies over its canvas. */
-export function makeNames(screen: Screen): Names {
-  const element = h("div", { class: "player-names", "aria-hidden": "true" });
+export function makeNames(screen: Screen) {
+  const element = h("div.player-names", { "aria-hidden": "true" });
   let named: Named[] = [];
 
   screen.onDraw(() => {
@@ -48,7 +42,8 @@ export function makeNames(screen: Screen): Names {
 
   return {
     element,
-    show(tracks, shifts) {
+    /** Name the bodies of some tracks; one alone needs no name. */
+    show(tracks: readonly Track[], shifts?: readonly (readonly [number, number])[]): void {
       const bodies = tracks.filter((track): track is BodyTrack => track.kind === "body");
       named = (bodies.length > 1 ? bodies : []).map((track, i) => ({
         label: h(
@@ -69,3 +64,5 @@ export function makeNames(screen: Screen): Names {
     },
   };
 }
+
+export type Names = ReturnType<typeof makeNames>;

@@ -7,22 +7,10 @@ import { pan, turn, zoom } from "./camera.ts";
 import { castColours } from "./cast_colours.ts";
 import { advance, changeSpeed, seek, SPEEDS, step, toggle } from "./playback.ts";
 import { steer } from "./pointer.ts";
-import { makeScreen, spanOf, type Screen, type Shown, type Switches } from "./screen.ts";
+import { makeScreen, spanOf, type Shown, type Switches } from "./screen.ts";
 import type { Stage } from "./stage.ts";
 import { showKeys } from "./keys.ts";
 import { makeNames } from "./names.ts";
-
-export interface Player {
-  readonly element: HTMLElement;
-  readonly screen: Screen;
-  show(shown: Shown, keepCamera?: boolean): void;
-  play(): void;
-  seek(time: number): void;
-  onTime(listener: (time: number) => void): void;
-  /** A message over the picture; an empty one removes it. */
-  say(message: string): void;
-  close(): void;
-}
 
 export interface PlayerOptions {
   label: string;
@@ -46,24 +34,22 @@ function tool(name: IconName, label: string, click: () => void): HTMLButtonEleme
 }
 
 /** Make a player. */
-export function makePlayer(stage: Stage, options: PlayerOptions): Player {
-  const canvas = h("canvas", {
-    class: "player-canvas",
+export function makePlayer(stage: Stage, options: PlayerOptions) {
+  const canvas = h("canvas.player-canvas", {
     tabindex: 0,
     role: "img",
     "aria-label": options.label,
   });
-  const message = h("p", { class: "player-message", role: "status" });
+  const message = h("p.player-message", { role: "status" });
   const screen = makeScreen(stage, canvas);
   const fps = options.fps ?? 30;
   steer(screen, true);
   const names = makeNames(screen);
 
   const playButton = tool("play", "Play (Space)", () => change("toggle"));
-  const readout = h("output", { class: "player-time", "aria-live": "off" });
-  const slider = h("input", {
+  const readout = h("output.player-time", { "aria-live": "off" });
+  const slider = h("input.player-slider", {
     type: "range",
-    class: "player-slider",
     min: 0,
     max: 1,
     step: "any",
@@ -74,9 +60,8 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
     },
   });
   const speed = h(
-    "select",
+    "select.player-speed",
     {
-      class: "player-speed",
       "aria-label": "Speed",
       title: "Speed (up, down)",
       on: { change: () => screen.setPlayback({ ...screen.playback, speed: Number(speed.value) }) },
@@ -86,13 +71,12 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
   const loopButton = tool("loop", "Loop (L)", () => change("loop"));
   const switchButtons = SWITCHES.map(([name, picture, label]) => tool(picture, label, () => change(name)));
   const element = h(
-    "section",
-    { class: "player", "aria-label": options.label },
-    h("div", { class: "player-stage" }, canvas, names.element, message),
+    "section.player",
+    { "aria-label": options.label },
+    h("div.player-stage", canvas, names.element, message),
     slider,
     h(
-      "div",
-      { class: "player-bar" },
+      "div.player-bar",
       tool("back", "One frame back (left)", () => stepBy(-1)),
       playButton,
       tool("forward", "One frame forward (right)", () => stepBy(1)),
@@ -189,7 +173,7 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
   return {
     element,
     screen,
-    show(shown, keepCamera = false) {
+    show(shown: Shown, keepCamera = false): void {
       const colours = shown.colours ?? castColours(shown.tracks);
       screen.show({ ...shown, ...(colours ? { colours } : {}) });
       names.show(shown.tracks, shown.shifts);
@@ -204,13 +188,16 @@ export function makePlayer(stage: Stage, options: PlayerOptions): Player {
       message.textContent = "";
       refresh();
     },
-    play() {
+    play(): void {
       screen.setPlayback({ ...advance(screen.playback, 0), playing: true });
       refresh();
     },
-    seek: (time) => screen.setPlayback(seek(screen.playback, time)),
-    onTime: (listener) => screen.onTime(listener),
-    say: (text) => void (message.textContent = text),
+    seek: (time: number) => screen.setPlayback(seek(screen.playback, time)),
+    onTime: (listener: (time: number) => void) => screen.onTime(listener),
+    /** A message over the picture; an empty one removes it. */
+    say: (text: string) => void (message.textContent = text),
     close: () => screen.close(),
   };
 }
+
+export type Player = ReturnType<typeof makePlayer>;

@@ -65,8 +65,6 @@ export interface Screen {
 
 /** The turntable's speed, radians a second: once around in 12 s. Chosen by eye. */
 const TURNTABLE = Math.PI / 6;
-/** A picture higher than this shows hands and faces when it moves, too, pixels. Chosen by eye. */
-const LARGE = 330;
 
 const rgb = (colour: THREE.Color): Colour => [colour.r, colour.g, colour.b];
 
@@ -185,11 +183,11 @@ export function makeScreen(stage: Stage, canvas: HTMLCanvasElement): Screen {
     canvas,
     scene,
     camera,
-    prepare(fine) {
+    prepare(detail) {
       drawListeners.forEach((listener) => listener()); // also where only the size has changed
       if (!figures) return;
-      people?.show(figures.picture.people, fine ? "fine" : canvas.clientHeight > LARGE ? "large" : "small");
-      light.setFine(fine);
+      people?.show(figures.picture.people, detail);
+      light.setFine(detail === "fine");
       light.around(ballsOf(figures.picture));
     },
     isEmpty: () => shown.tracks.length === 0,

@@ -9,6 +9,7 @@
 import { DARK } from "../dom/wishes.ts";
 import * as THREE from "three";
 import { stageColours, type StageColours } from "./colours.ts";
+import type { Detail } from "./mannequin/mesh.ts";
 
 export interface StageView {
   readonly canvas: HTMLCanvasElement;
@@ -19,7 +20,7 @@ export interface StageView {
   /** Called before each frame with the seconds since the last; true: draw this view. */
   update(seconds: number): boolean;
   /** Called before the view is drawn: as well as can be, or fast since it moves. */
-  prepare(fine: boolean): void;
+  prepare(detail: Detail): void;
   /** Called when the colours of the page change, and once at the start. */
   recolour(colours: StageColours): void;
 }
@@ -35,8 +36,16 @@ const LONGEST_STEP = 0.25;
  */
 const DRAWING = 10;
 
-/** Milliseconds without movement after which edges are smoothed, where movement has none. By hand. */
+/**
+ * Milliseconds without movement after which a picture is drawn as well as can be, where that would
+ * be too much while it moves. By hand.
+ */
 const STILL = 150;
+/**
+ * A picture higher than this, in pixels, shows hands, faces and smoothed edges when it moves, too: to
+ * smooth them without a graphics processor costs a large one a sixth more, a small one half. By eye.
+ */
+const LARGE = 330;
 /** Pixels of a smoothed picture for each of its width and height. Chosen by hand: four for one. */
 const FINER = 2;
 
@@ -48,28 +57,15 @@ interface Entry {
   drawn: boolean;
   /** When it had its last turn, milliseconds. */
   last: number;
-  /** When it was last drawn without smoothed edges; null: it has them. */
+  /** When it was last drawn so that it can move; null: it is as well as can be. */
   rough: number | null;
-}
-
-export interface Stage {
-  readonly available: boolean;
-  /** Start drawing a view; returns a function that stops it. */
-  add(view: StageView): () => void;
-  /**
-   * Let everything stand still while an answer is awaited, or go on. A processor that draws figures
-   * has no time to answer and to draw the answers; with a graphics processor nothing rests.
-   */
-  rest(resting: boolean): void;
-  /** Whether everything stands still now, small figures as well. */
-  readonly resting: boolean;
 }
 
 const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i;
 
 /**
- * Whether there is no graphics processor. Smoothed edges then cost more than all else, so that what
- * moves is drawn without them, and a picture that stands still once more, larger, and made smaller.
+ * Whether there is no graphics processor. Edges are then smoothed by drawing larger, and making the
+ * picture smaller: always in a large one, in a small one once it stands still.
  */
 function isSoftware(renderer: THREE.WebGLRenderer): boolean {
   const gl = renderer.getContext();
@@ -99,7 +95,7 @@ function makeRenderer(antialias: boolean): THREE.WebGLRenderer | null {
 }
 
 /** Make the stage; the renderer is made with the first view. */
-export function makeStage(): Stage {
+export function makeStage() {
   const entries = new Map<Element, Entry>();
   let renderer: THREE.WebGLRenderer | null | undefined;
   let software = false;
@@ -135,7 +131,7 @@ export function makeStage(): Stage {
     if (renderer === undefined) ({ renderer, software } = chooseRenderer());
   }
 
-  function draw(gl: THREE.WebGLRenderer, view: StageView, finer: number): void {
+  function draw(gl: THREE.WebGLRenderer, view: StageView, detail: Detail): void {
     const { canvas, camera, scene } = view;
     const scale = Math.min(devicePixelRatio, MOST_PIXELS_PER_POINT);
     const width = Math.round(canvas.clientWidth * scale);
@@ -143,17 +139,19 @@ export function makeStage(): Stage {
     if (width === 0 || height === 0) return;
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     const source = gl.domElement;
+    const finer = software && detail !== "small" ? FINER : 1;
     const [across, down] = [width * finer, height * finer];
-    if (finer > 1) gl.setSize(across, down, false);
-    else if (source.width < width || source.height < height || spoiled) {
+    if (finer > 1) {
+      if (source.width !== across || source.height !== down) gl.setSize(across, down, false);
+      spoiled = true;
+    } else if (source.width < width || source.height < height || spoiled) {
       spoiled = false;
       most = [Math.max(most[0], width), Math.max(most[1], height)];
       gl.setSize(most[0], most[1], false);
     }
-    if (finer > 1) spoiled = true;
     camera.aspect = width / height;
     camera.updateProjectionMatrix();
-    view.prepare(!software || finer > 1);
+    view.prepare(software ? detail : "fine");
     gl.setViewport(0, 0, across, down);
     gl.setScissor(0, 0, across, down);
     gl.setScissorTest(true);
@@ -199,11 +197,11 @@ export function makeStage(): Stage {
       } else if (changed || entry.stale) {
         entry.stale = false;
         entry.rough = software ? now : null;
-        draw(renderer, entry.view, 1);
+        draw(renderer, entry.view, entry.view.canvas.clientHeight > LARGE ? "large" : "small");
         entry.drawn = true;
       } else if (entry.rough !== null && now - entry.rough > STILL) {
         entry.rough = null;
-        draw(renderer, entry.view, FINER);
+        draw(renderer, entry.view, "fine");
       }
     }
   }
@@ -213,14 +211,20 @@ export function makeStage(): Stage {
       begin();
       return renderer !== null;
     },
+    /** Whether everything stands still now, small figures as well. */
     get resting() {
       return resting && software;
     },
-    rest(next) {
+    /**
+     * Let everything stand still while an answer is awaited, or go on. A processor that draws figures
+     * has no time to answer and to draw the answers; with a graphics processor nothing rests.
+     */
+    rest(next: boolean): void {
       resting = next;
       if (!next) for (const entry of entries.values()) entry.last = performance.now();
     },
-    add(view) {
+    /** Start drawing a view; returns a function that stops it. */
+    add(view: StageView): () => void {
       begin();
       colours ??= stageColours();
       view.recolour(colours);
@@ -246,3 +250,5 @@ export function makeStage(): Stage {
     },
   };
 }
+
+export type Stage = ReturnType<typeof makeStage>;

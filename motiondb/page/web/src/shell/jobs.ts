@@ -1,7 +1,7 @@
 /** Long work: a button that shows how much is running, and the list behind it. */
 
 import { onPage } from "../api/advice.ts";
-import { cancelJob, failureOf, isActive } from "../api/jobs.ts";
+import { cancelJob, failureOf, isActive, stepOf } from "../api/jobs.ts";
 import type { JobReply } from "../api/types.ts";
 import { button } from "../dom/button.ts";
 import { icon } from "../dom/icons.ts";
@@ -9,6 +9,7 @@ import { fill, h } from "../dom/element.ts";
 import type { Context } from "../views/view.ts";
 import { plural, roughly } from "../parts/text.ts";
 import { go, routeTo } from "./router.ts";
+import { quoted } from "../views/catalogue/filter.ts";
 import { openLearning } from "../views/catalogue/learning.ts";
 import { progressBar } from "../parts/progress.ts";
 
@@ -18,7 +19,7 @@ const shareOf = (job: JobReply): number => job.whole ?? job.share;
 /** The present step, and the time that is left. */
 function saidOf(job: JobReply): string {
   const left = job.left === null || job.left === undefined ? "" : ` · about ${roughly(job.left)} left`;
-  return `${job.what || job.state}${left}`;
+  return `${stepOf(job)}${left}`;
 }
 
 /** One sentence on what a job did. */
@@ -57,9 +58,8 @@ const MOST_LINKS = 12;
 function addedAddress(job: JobReply): string | null {
   const names = job.result?.kind === "add" ? job.result.captures : [];
   if (names.length === 0) return null;
-  const quoted = names.every((name) => !name.includes('"'));
-  return names.length <= MOST_LINKS && quoted
-    ? routeTo("catalogue", { where: `name in (${names.map((name) => `"${name}"`).join(", ")})` })
+  return names.length <= MOST_LINKS
+    ? routeTo("catalogue", { where: `name in (${names.map(quoted).join(", ")})` })
     : routeTo("catalogue", { sort: "-added" });
 }
 
@@ -72,8 +72,7 @@ function addedList(job: JobReply): HTMLElement | null {
   if (!address || job.result?.kind !== "add") return null;
   const names = job.result.captures;
   return h(
-    "p",
-    { class: "job-added" },
+    "p.job-added",
     names
       .slice(0, MOST_LINKS)
       .map((name, i) => [i > 0 ? ", " : "", h("a", { href: routeTo("catalogue", { capture: name }) }, name)]),
@@ -85,22 +84,16 @@ function addedList(job: JobReply): HTMLElement | null {
 function problemList(job: JobReply): HTMLElement | null {
   const problems = job.result?.kind === "add" ? job.result.problems : [];
   if (problems.length === 0) return null;
-  const items = problems.map((problem) => h("li", {}, onPage(problem)));
-  return h(
-    "details",
-    { open: true },
-    h("summary", {}, plural(problems.length, "problem")),
-    h("ul", { class: "plain" }, items),
-  );
+  const items = problems.map((problem) => h("li", onPage(problem)));
+  return h("details", { open: true }, h("summary", plural(problems.length, "problem")), h("ul.plain", items));
 }
 
 /** The part of the header that shows jobs. */
 export function makeJobs(context: Context): { element: HTMLElement } {
-  const count = h("span", {});
+  const count = h("span");
   const opener = h(
-    "button",
+    "button.jobs-button",
     {
-      class: "jobs-button",
       type: "button",
       "aria-expanded": "false",
       "aria-controls": "jobs",
@@ -108,8 +101,8 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     },
     count,
   );
-  const panel = h("section", { id: "jobs", class: "jobs-panel", "aria-label": "Jobs", hidden: true });
-  const element = h("div", { class: "jobs", hidden: true }, opener, panel);
+  const panel = h("section.jobs-panel", { id: "jobs", "aria-label": "Jobs", hidden: true });
+  const element = h("div.jobs", { hidden: true }, opener, panel);
 
   function toggle(open = panel.hidden): void {
     panel.hidden = !open;
@@ -122,17 +115,14 @@ export function makeJobs(context: Context): { element: HTMLElement } {
       "li",
       { class: `job ${job.state}` },
       h(
-        "div",
-        { class: "job-head" },
-        h("b", {}, job.title),
-        h("span", { class: "muted" }, active ? job.state : `${job.state} · ${job.seconds.toFixed(0)} s`),
+        "div.job-head",
+        h("b", job.title),
+        h("span.muted", active ? job.state : `${job.state} · ${job.seconds.toFixed(0)} s`),
       ),
-      active
-        ? progressBar(job.state === "waiting" ? null : shareOf(job), saidOf(job))
-        : h("p", {}, outcome(job)),
+      active ? progressBar(job.state === "waiting" ? null : shareOf(job), saidOf(job)) : h("p", outcome(job)),
       addedList(job),
       problemList(job),
-      active ? button("link", "Cancel", () => void cancelJob(job).catch(context.fail)) : null,
+      active ? button("link", "Cancel", () => void cancelJob(job)) : null,
     );
   }
 
@@ -147,9 +137,9 @@ export function makeJobs(context: Context): { element: HTMLElement } {
     const title = first ? first.title : "Jobs";
     const short = first ? done + more : `(${jobs.length})`;
     // In a narrow head the number of ended jobs would stand alone.
-    fill(count, first ? null : icon("more"), h("span", { class: "wide-only" }, `${title} `), short);
+    fill(count, first ? null : icon("more"), h("span.wide-only", `${title} `), short);
     opener.title = `${title} ${short}`;
-    fill(panel, h("ul", { class: "plain" }, jobs.slice(0, 20).map(row)));
+    fill(panel, h("ul.plain", jobs.slice(0, 20).map(row)));
   }
 
   const running = new Set<string>();
@@ -177,7 +167,7 @@ export function makeJobs(context: Context): { element: HTMLElement } {
         const named = { label: "Show the problems", run: () => setTimeout(() => toggle(true)) };
         context.notify(`${about}${outcome(job)}`, wordless ? cure : problems ? named : show);
       }
-      void context.refresh().catch(context.fail);
+      void context.refresh();
     }
   });
   addEventListener("keydown", (event) => event.key === "Escape" && toggle(false));

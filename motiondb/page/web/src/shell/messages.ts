@@ -4,15 +4,6 @@ import { button } from "../dom/button.ts";
 import { h } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";
 
-export interface Messages {
-  readonly element: HTMLElement;
-  notify(text: string, action?: { label: string; run: () => void }): void;
-  /** `kind`: of faults that end together, such as those of a server that cannot be reached. */
-  fail(text: string, kind?: string): void;
-  /** Remove the faults of a kind. */
-  settle(kind: string): void;
-}
-
 const SHOWN_FOR = 8000;
 const MOST = 4;
 /** Corners of the page as classes, the usual one first. */
@@ -24,10 +15,10 @@ const KEPT_FREE: readonly [string, number][] = [
   ["main :is(button, input, select, summary)", 1],
 ];
 
-export function makeMessages(): Messages {
+export function makeMessages() {
   const news = h("div", { role: "status", "aria-label": "Messages" });
   const faults = h("div", { role: "alert", "aria-label": "Faults" });
-  const element = h("div", { class: "messages" }, news, faults);
+  const element = h("div.messages", news, faults);
 
   /** Move to the corner in which the least is covered. */
   function place(): void {
@@ -47,7 +38,7 @@ export function makeMessages(): Messages {
 
   function add(where: HTMLElement, kind: string, ...children: (Node | string)[]): HTMLElement {
     const close = button("tool", icon("close"), () => message.remove(), { "aria-label": "Close" });
-    const message = h("div", { class: `message ${kind}` }, h("p", {}, ...children), close);
+    const message = h("div", { class: `message ${kind}` }, h("p", ...children), close);
     where.append(message);
     while (where.childElementCount > MOST) where.firstElementChild!.remove();
     place();
@@ -56,7 +47,7 @@ export function makeMessages(): Messages {
 
   return {
     element,
-    notify(text, action) {
+    notify(text: string, action?: { label: string; run: () => void }): void {
       const offer = action
         ? button("link", action.label, () => {
             message.remove();
@@ -66,12 +57,16 @@ export function makeMessages(): Messages {
       const message: HTMLElement = add(news, "news", text, ...(offer ? [" ", offer] : []));
       if (!offer) setTimeout(() => message.remove(), SHOWN_FOR);
     },
-    fail(text, kind = "") {
+    /** `kind`: of faults that end together, such as those of a server that cannot be reached. */
+    fail(text: string, kind = ""): void {
       for (const old of faults.children) if (old.textContent === text) old.remove();
       add(faults, "fault", text).dataset["kind"] = kind;
     },
-    settle(kind) {
+    /** Remove the faults of a kind. */
+    settle(kind: string): void {
       for (const old of [...faults.children] as HTMLElement[]) if (old.dataset["kind"] === kind) old.remove();
     },
   };
 }
+
+export type Messages = ReturnType<typeof makeMessages>;

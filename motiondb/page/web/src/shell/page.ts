@@ -1,5 +1,6 @@
 /** The frame around all views: navigation, state of the database, jobs, messages. */
 
+import { makeLatest } from "../api/latest.ts";
 import { ApiError, dropEarly, get, isAbort, messageOf, UNREACHABLE } from "../api/client.ts";
 import { openLive, type News } from "../api/live.ts";
 import { serverMotions } from "../api/motions.ts";
@@ -35,13 +36,12 @@ export async function startPage(root: HTMLElement): Promise<void> {
   const wanted = VIEWS.find((view) => view.name === named) ?? VIEWS[0]!;
   void wanted.load().catch(() => undefined); // its code comes while the state is asked for
   try {
-    status = await get<Status>("/api/status");
+    status = await get("/api/status");
   } catch (fault) {
     fill(
       root,
       h(
-        "main",
-        { class: "centre" },
+        "main.centre",
         emptyState("motiondb cannot be reached", messageOf(fault), [
           { label: "Try again", run: () => location.reload() },
         ]),
@@ -70,42 +70,36 @@ export async function startPage(root: HTMLElement): Promise<void> {
         ? undefined
         : messages.fail(messageOf(fault), fault instanceof ApiError ? fault.kind : ""),
   };
+  // What nobody catches is told here; what is no fault of a server stays an error of the page, too.
+  addEventListener("unhandledrejection", (event) => {
+    if (event.reason instanceof ApiError || isAbort(event.reason)) event.preventDefault();
+    context.fail(event.reason);
+  });
   const jobs = makeJobs(context);
   const question = makeQuestionBox(context);
   const links = new Map(
     VIEWS.filter((view) => view.place !== "asking").map((view) => [
       view.name,
-      h("a", { href: routeTo(view.name), class: "nav-link" }, view.title),
+      h("a.nav-link", { href: routeTo(view.name) }, view.title),
     ]),
   );
   const linksOf = (place?: string): HTMLElement[] =>
     VIEWS.filter((view) => view.place === place).map((view) => links.get(view.name)!);
   const explore = h(
-    "details",
-    { class: "nav-more" },
-    h("summary", { class: "nav-link" }, "Explore"),
-    h("div", { class: "nav-menu" }, linksOf("explore")),
+    "details.nav-more",
+    h("summary.nav-link", "Explore"),
+    h("div.nav-menu", linksOf("explore")),
   );
-  const navigation = h("nav", { "aria-label": "Views", class: "nav" }, linksOf(), explore);
-  const database = h("span", { class: "database" });
-  const lost = h(
-    "p",
-    { class: "lost", role: "status", hidden: true },
-    "The server does not answer. Trying again…",
-  );
+  const navigation = h("nav.nav", { "aria-label": "Views" }, linksOf(), explore);
+  const database = h("span.database");
+  const lost = h("p.lost", { role: "status", hidden: true }, "The server does not answer. Trying again…");
   const host = h("main", { id: "view", tabindex: -1 });
   fill(
     root,
-    h("button", { class: "skip", type: "button", on: { click: () => host.focus() } }, "Skip to the content"),
+    h("button.skip", { type: "button", on: { click: () => host.focus() } }, "Skip to the content"),
     h(
-      "header",
-      { class: "top" },
-      h(
-        "a",
-        { class: "brand", href: routeTo(FIRST) },
-        h("span", { class: "brand-mark", "aria-hidden": "true" }),
-        "motiondb",
-      ),
+      "header.top",
+      h("a.brand", { href: routeTo(FIRST) }, h("span.brand-mark", { "aria-hidden": "true" }), "motiondb"),
       question.element,
       navigation,
       database,
@@ -117,7 +111,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
   );
 
   async function askStatus(): Promise<Status> {
-    status = await get<Status>("/api/status");
+    status = await get("/api/status");
     showStatus();
     tellRevision();
     return status;
@@ -132,7 +126,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
   const places = keepPlaces();
   let open: OpenView | null = null;
   let shown = "";
-  let turn = 0;
+  const latest = makeLatest();
 
   /** Let the question box stand where the view has a place for it. */
   function placeBox(): void {
@@ -149,20 +143,18 @@ export async function startPage(root: HTMLElement): Promise<void> {
   }
 
   async function show(): Promise<void> {
-    turn += 1;
-    const mine = turn;
     const route = parseRoute(location.hash, FIRST);
     const view = VIEWS.find((one) => one.name === route.view);
     if (!view) return replace(routeTo(FIRST));
     if (shown !== view.name) {
       const loaded = Promise.all([view.load(), view.flat ? null : loadStage()]).catch(() => {
-        throw new Error(
+        throw new ApiError(
+          "Outdated",
           "A part of this page cannot be loaded: the server does not answer, or motiondb is a newer one by now. Reload the page.",
+          0,
         );
       });
-      await open?.leave?.(route);
-      const [module] = await loaded;
-      if (mine !== turn) return; // the user went on
+      const [module] = await latest(Promise.resolve(open?.leave?.(route)).then(() => loaded));
       open?.close();
       host.replaceChildren();
       host.className = `view view-${view.name}`;
@@ -219,13 +211,13 @@ export async function startPage(root: HTMLElement): Promise<void> {
       // Changes made before the connection was open were not reported. What a view could not ask
       // for meanwhile, it asks for now, whether or not the database changed.
       if (wasLost) told = -1;
-      void context.refresh().catch(context.fail);
+      void context.refresh();
     } else if (news.kind === "forgotten") {
       return;
     } else if (news.kind === "job") tellView(news);
-    else void catchUp(news.revision).catch(context.fail);
+    else void catchUp(news.revision);
   });
-  const showView = (): void => void show().catch(context.fail);
+  const showView = (): void => void show();
   addEventListener("hashchange", showView);
   addEventListener("keydown", (event) => {
     const typed = event.target as HTMLElement;

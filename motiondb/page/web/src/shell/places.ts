@@ -1,17 +1,9 @@
 /** Where a view was scrolled to, for the way back to it. */
 
-export interface Places {
-  /**
-   * A view is shown: where the user comes back to it, it is scrolled to where it was; another one is
-   * shown from its top. `about`: the same text for the same content.
-   */
-  arrive(about: string): void;
-}
-
 /** Milliseconds for which content may still arrive, and the place be found again. */
 const PATIENCE = 4000;
 
-export function keepPlaces(): Places {
+export function keepPlaces() {
   history.scrollRestoration = "manual"; // the content is not there yet when the browser would
   const places = new Map<string, [page: number, table: number]>();
   const tableNow = (): Element | null => document.querySelector(".table");
@@ -41,7 +33,11 @@ export function keepPlaces(): Places {
   }
 
   return {
-    arrive(about) {
+    /**
+     * A view is shown: where the user comes back to it, it is scrolled to where it was; another one is
+     * shown from its top. `about`: the same text for the same content.
+     */
+    arrive(about: string): void {
       const state = history.state as { entry?: string } | null;
       const known = state?.entry ?? "";
       if (known === entry && known) return; // the same step of the history
@@ -61,3 +57,5 @@ export function keepPlaces(): Places {
     },
   };
 }
+
+export type Places = ReturnType<typeof keepPlaces>;

@@ -1,5 +1,6 @@
 /** The box in the head of every view: a question in words, or a file to search with. */
 
+import { onSubmit } from "../dom/fields.ts";
 import { h } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";
 import { fromList } from "../parts/dropping.ts";
@@ -7,17 +8,9 @@ import { searchByFile } from "../views/search/by_file.ts";
 import type { Context } from "../views/view.ts";
 import { go, parseRoute, routeTo } from "./router.ts";
 
-export interface QuestionBox {
-  readonly element: HTMLElement;
-  /** Show the question of the present address; "" where there is none. */
-  show(question: string): void;
-  focus(): void;
-}
-
-export function makeQuestionBox(context: Context): QuestionBox {
-  const box = h("input", {
+export function makeQuestionBox(context: Context) {
+  const box = h("input.question-box", {
     id: "question",
-    class: "question-box",
     type: "search",
     placeholder: "Ask for a movement",
     autocomplete: "off",
@@ -37,28 +30,26 @@ export function makeQuestionBox(context: Context): QuestionBox {
     },
   });
   const element = h(
-    "form",
-    { class: "question-form", role: "search", "aria-label": "Ask" },
+    "form.question-form",
+    { role: "search", "aria-label": "Ask" },
     icon("search"),
     box,
     file,
     h(
-      "button",
+      "button.button.plain.by-example",
       {
-        class: "button plain by-example",
         type: "button",
         "aria-label": "Search by example",
         title: "Search by example: choose a motion file",
         on: { click: () => file.click() },
       },
       icon("file"),
-      h("span", { class: "by-example-text" }, "By example"),
+      h("span.by-example-text", "By example"),
     ),
-    h("button", { class: "button", type: "submit" }, "Search"),
+    h("button.button", { type: "submit" }, "Search"),
   );
   let known = "";
-  element.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(element, () => {
     const q = box.value.trim();
     known = q; // the address of it may be gone again before it is shown: somebody goes back
     if (!q) return go(routeTo("catalogue"));
@@ -68,11 +59,12 @@ export function makeQuestionBox(context: Context): QuestionBox {
   });
   return {
     element,
-    show(question) {
+    /** Show the question of the present address; "" where there is none. */
+    show(question: string): void {
       if (question !== known) box.value = question; // what somebody is typing stays
       known = question;
     },
-    focus() {
+    focus(): void {
       box.focus();
       box.select();
     },

@@ -24,6 +24,12 @@ export function routeTo(
   return text ? `#/${view}?${text}` : `#/${view}`;
 }
 
+/** What some parameters of an address are, as text that can be compared. */
+export const partOf = (parameters: URLSearchParams, names: readonly string[]): string =>
+  new URLSearchParams(
+    names.flatMap((name) => parameters.getAll(name).map((value) => [name, value])),
+  ).toString();
+
 /** Go to a route. */
 export function go(hash: string): void {
   location.hash = hash;

@@ -10,7 +10,7 @@ import { h } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";
 import { seek, toggle, type Playback } from "../player/playback.ts";
 import { steer } from "../player/pointer.ts";
-import { makeScreen, spanOf, type Screen } from "../player/screen.ts";
+import { makeScreen, spanOf } from "../player/screen.ts";
 import type { Stage } from "../player/stage.ts";
 
 export interface ClipOptions {
@@ -24,31 +24,17 @@ export interface ClipOptions {
   poster?: Motion | null;
 }
 
-export interface Clip {
-  readonly element: HTMLElement;
-  readonly screen: Screen;
-  /** Load what it plays, if that has not begun; ends when it is shown, or cannot be. */
-  ready(): Promise<void>;
-  /** Play from the start. */
-  replay(): void;
-  /** Play from a time on. */
-  playFrom(time: number): Promise<void>;
-  /** Show a time; a time outside the loaded part is loaded first. */
-  seek(time: number): Promise<void>;
-  close(): void;
-}
-
 /** Seconds around the interval that are loaded with it. */
 const AROUND = 1;
 
 /** Make a clip; it loads when it comes near the window. */
-export function makeClip(context: { stage: Stage; motions: Motions }, options: ClipOptions): Clip {
-  const canvas = h("canvas", { class: "clip-canvas", role: "img", "aria-label": options.label });
-  const message = h("p", { class: "player-message" }, options.poster ? "" : "Loading…");
+export function makeClip(context: { stage: Stage; motions: Motions }, options: ClipOptions) {
+  const canvas = h("canvas.clip-canvas", { role: "img", "aria-label": options.label });
+  const message = h("p.player-message", options.poster ? "" : "Loading…");
   const screen = makeScreen(context.stage, canvas);
   steer(screen, false);
-  const button = h("button", { class: "clip-play tool", type: "button", on: { click: () => press() } });
-  const element = h("div", { class: "clip" }, canvas, message, button);
+  const button = h("button.clip-play.tool", { type: "button", on: { click: () => press() } });
+  const element = h("div.clip", canvas, message, button);
   let tracks: readonly Track[] = [];
 
   let begun: Promise<void> | null = null;
@@ -122,16 +108,22 @@ export function makeClip(context: { stage: Stage; motions: Motions }, options: C
   return {
     element,
     screen,
+    /** Load what it plays, if that has not begun; ends when it is shown, or cannot be. */
     ready,
-    playFrom: (time) => goTo(time, true),
-    seek: (time) => goTo(time, false),
-    replay() {
+    /** Play from a time on. */
+    playFrom: (time: number) => goTo(time, true),
+    /** Show a time; a time outside the loaded part is loaded first. */
+    seek: (time: number) => goTo(time, false),
+    /** Play from the start. */
+    replay(): void {
       const { playback } = screen;
       setPlayback({ ...seek(playback, playback.from), playing: true });
     },
-    close() {
+    close(): void {
       near.disconnect();
       screen.close();
     },
   };
 }
+
+export type Clip = ReturnType<typeof makeClip>;

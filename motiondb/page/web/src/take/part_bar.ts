@@ -5,11 +5,6 @@ import { h, type Child } from "../dom/element.ts";
 import { icon } from "../dom/icons.ts";
 import type { Interval } from "../timeline/timeline.ts";
 
-export interface PartBar {
-  readonly element: HTMLElement;
-  show(part: Interval | null, duration: number): void;
-}
-
 /** Shortest part that can be typed, seconds: about three frames. */
 const SHORTEST = 0.1;
 
@@ -17,16 +12,15 @@ export function makePartBar(
   actions: readonly { label: string; run: (part: Interval) => void }[],
   change: (part: Interval | null) => void,
   more: Child = null,
-): PartBar {
+) {
   let part: Interval | null = null;
   let whole = 0;
   const from = number("Start of the part, seconds");
   const to = number("End of the part, seconds");
 
   function number(label: string): HTMLInputElement {
-    return h("input", {
+    return h("input.number", {
       type: "number",
-      class: "number",
       step: 0.05,
       min: 0,
       "aria-label": label,
@@ -41,16 +35,15 @@ export function makePartBar(
   }
 
   const hint = h(
-    "p",
-    { class: "hint" },
+    "p.hint",
     "Drag on the timeline to select a part, or ",
     button("link", "type its times", () => change([0, Math.min(1, whole)])),
     ".",
   );
   const fields = h(
-    "div",
-    { class: "part-fields", hidden: true },
-    h("span", { class: "part-times" }, "Part ", from, " to ", to, " s"),
+    "div.part-fields",
+    { hidden: true },
+    h("span.part-times", "Part ", from, " to ", to, " s"),
     actions.map(({ label, run }) => button("plain", label, () => part && run(part))),
     more,
     button("tool", icon("close"), () => change(null), {
@@ -59,8 +52,8 @@ export function makePartBar(
     }),
   );
   return {
-    element: h("div", { class: "part-bar" }, hint, fields),
-    show(next, duration) {
+    element: h("div.part-bar", hint, fields),
+    show(next: Interval | null, duration: number): void {
       part = next;
       whole = duration;
       hint.hidden = next !== null;

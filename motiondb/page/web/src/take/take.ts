@@ -47,9 +47,9 @@ export interface TakeOptions {
 export function makeTake(context: { stage: Stage; motions: Motions }, options: TakeOptions): Take {
   const player = makePlayer(context.stage, { label: options.label });
   const ghosts = makeGhosts(player.screen);
-  const timelineBox = h("div", {});
+  const timelineBox = h("div");
   const partBar = makePartBar(options.partActions ?? [], (part) => select(part), options.partMore);
-  const element = h("div", { class: "take" }, player.element, timelineBox, partBar.element);
+  const element = h("div.take", player.element, timelineBox, partBar.element);
   let timeline: Timeline | null = null;
   let lanes: readonly Lane[] = [];
   let selection: Interval | null = null;

@@ -7,16 +7,6 @@ import { niceTicks } from "./ticks.ts";
 
 export type Interval = readonly [start: number, end: number];
 
-export interface Timeline {
-  readonly element: HTMLElement;
-  setLanes(lanes: readonly Lane[]): void;
-  setTime(time: number): void;
-  /** The highlighted part: the interval that a question matched. */
-  setLit(parts: readonly Interval[], likely: readonly boolean[]): void;
-  readonly selection: Interval | null;
-  setSelection(selection: Interval | null): void;
-}
-
 export interface TimelineOptions {
   duration: number;
   label: string;
@@ -40,19 +30,19 @@ const GRIP = 7;
 const NEAREST = 2;
 const NEARER = 1.6;
 
-export function makeTimeline(options: TimelineOptions): Timeline {
+export function makeTimeline(options: TimelineOptions) {
   const { duration } = options;
   const percent = (time: number): string => `${(Math.min(Math.max(time, 0), duration) / duration) * 100}%`;
-  const cursor = h("div", { class: "timeline-cursor" });
-  const litLayer = h("div", { class: "timeline-lit-layer" });
-  const chosen = h("div", { class: "timeline-selection", hidden: true });
-  const lanesBox = h("div", { class: "timeline-lanes" });
-  const ruler = h("div", { class: "timeline-ruler", "aria-hidden": "true" });
-  const area = h("div", { class: "timeline-area" }, ruler, litLayer, options.top, lanesBox, chosen, cursor);
+  const cursor = h("div.timeline-cursor");
+  const litLayer = h("div.timeline-lit-layer");
+  const chosen = h("div.timeline-selection", { hidden: true });
+  const lanesBox = h("div.timeline-lanes");
+  const ruler = h("div.timeline-ruler", { "aria-hidden": "true" });
+  const area = h("div.timeline-area", ruler, litLayer, options.top, lanesBox, chosen, cursor);
   const element = h(
     "div",
     { class: options.small ? "timeline small" : "timeline", role: "group", "aria-label": options.label },
-    h("div", { class: "timeline-scroll" }, area),
+    h("div.timeline-scroll", area),
   );
   const view = area.parentElement!;
   let nearness = 1;
@@ -79,9 +69,8 @@ export function makeTimeline(options: TimelineOptions): Timeline {
   if (!options.small && duration > 2 * NEAREST) {
     const zoom = (text: string, label: string, factor: number): HTMLElement =>
       h(
-        "button",
+        "button.tool",
         {
-          class: "tool",
           type: "button",
           "aria-label": label,
           title: label,
@@ -91,8 +80,7 @@ export function makeTimeline(options: TimelineOptions): Timeline {
       );
     element.append(
       h(
-        "div",
-        { class: "timeline-zoom" },
+        "div.timeline-zoom",
         zoom("\u2212", "Show more of the time line", 1 / NEARER),
         zoom("+", "Show less of the time line (Ctrl + wheel)", NEARER),
       ),
@@ -108,7 +96,7 @@ export function makeTimeline(options: TimelineOptions): Timeline {
     );
   }
   // A click on a block says what it is, with a link to where more is known of it.
-  const more = h("p", { class: "timeline-more", role: "status", hidden: true });
+  const more = h("p.timeline-more", { role: "status", hidden: true });
   element.append(more);
   let shown: readonly Lane[] = [];
 
@@ -194,20 +182,22 @@ export function makeTimeline(options: TimelineOptions): Timeline {
 
   return {
     element,
-    setLanes(lanes) {
+    setLanes(lanes: readonly Lane[]): void {
       shown = lanes.filter((lane) => lane.blocks.length > 0);
-      more.hidden = true;
+      const said = more.querySelector("a")?.getAttribute("href"); // stays if its block does
+      more.hidden ||= !shown.some(({ blocks }) => blocks.some((one) => one.more?.href === said));
       fill(
         lanesBox,
         shown.map((lane, n) => laneElement(lane, n, percent, duration)),
       );
     },
-    setTime(time) {
+    setTime(time: number): void {
       cursor.style.left = percent(time);
       if (nearness > 1) keepInSight(shownTime, time);
       shownTime = time;
     },
-    setLit(parts, likely) {
+    /** The highlighted part: the interval that a question matched. */
+    setLit(parts: readonly Interval[], likely: readonly boolean[]): void {
       fill(
         litLayer,
         parts.map(([start, end], i) =>
@@ -221,12 +211,14 @@ export function makeTimeline(options: TimelineOptions): Timeline {
     get selection() {
       return selection;
     },
-    setSelection(next) {
+    setSelection(next: Interval | null): void {
       selection = next;
       showSelection();
     },
   };
 }
+
+export type Timeline = ReturnType<typeof makeTimeline>;
 
 function classOf(block: Block): string {
   const { faint, missing, colour } = block;
@@ -257,13 +249,13 @@ function laneElement(
           ...(block.colour ? { background: block.colour } : {}),
         },
       },
-      h("span", {}, block.label),
+      h("span", block.label),
     ),
   );
   return h(
     "div",
     { class: `lane lane-${lane.kind}` },
-    h("span", { class: "lane-name" }, lane.name),
+    h("span.lane-name", lane.name),
     h("ul", { style: { height: `calc(${count} * var(--row))` }, "aria-label": lane.name }, blocks),
   );
 }

@@ -1,9 +1,9 @@
 /** What can be done with a database without captures. */
 
 import { post } from "../api/client.ts";
-import { isActive } from "../api/jobs.ts";
+import { isActive, stepOf } from "../api/jobs.ts";
 import type { JobReply } from "../api/types.ts";
-import { h } from "../dom/element.ts";
+import { fill, h } from "../dom/element.ts";
 import { progressBar } from "../parts/progress.ts";
 import { emptyState } from "../parts/states.ts";
 import { openAdding } from "./catalogue/adding.ts";
@@ -14,18 +14,30 @@ export function fillingJob(context: Context): JobReply | undefined {
   return context.live.jobs().find((job) => ["add", "sample"].includes(job.kind) && isActive(job));
 }
 
-/** The state of a view while there is no capture; shown again with the news of jobs. */
-export function emptyDatabase(context: Context): HTMLElement {
+/** A state of a view that is made again with the news of jobs, as long as it is on screen. */
+export function withJobs(context: Context, make: () => HTMLElement): HTMLElement {
+  const element = h("div", make());
+  const stop = context.live.listen((news) => {
+    if (news.kind !== "job") return;
+    if (element.isConnected) fill(element, make());
+    else stop();
+  });
+  return element;
+}
+
+/** The state of a view while there is no capture. */
+export const emptyDatabase = (context: Context): HTMLElement => withJobs(context, () => noCaptures(context));
+
+function noCaptures(context: Context): HTMLElement {
   const job = fillingJob(context);
   if (job) {
     return emptyState("Adding captures…", [
       "They stand here as soon as they are saved.",
-      progressBar(job.whole ?? null, job.what || job.state),
+      progressBar(job.whole ?? null, stepOf(job)),
     ]);
   }
   if (context.status().read_only) return emptyState("This database is empty", "It was opened read-only.");
-  const sample = (): void =>
-    void post<JobReply>("/api/add", { sample: true }).catch((fault: unknown) => context.fail(fault));
+  const sample = (): void => void post("/api/add", { sample: true });
   return emptyState(
     "This database is empty",
     [

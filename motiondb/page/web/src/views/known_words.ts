@@ -1,7 +1,6 @@
 /** What a view shows for a question that cannot be asked: why, and the words that are known. */
 
 import { ApiError, get, messageOf } from "../api/client.ts";
-import type { VocabularyReply } from "../api/types.ts";
 import { button } from "../dom/button.ts";
 import { fill, h } from "../dom/element.ts";
 import { faultState } from "../parts/states.ts";
@@ -15,16 +14,15 @@ const MOST = 24;
 /** The fault; where no word of a question is known, also known words to choose from. */
 export function faultWithWords(fault: unknown, choose: (word: string) => void): HTMLElement {
   if (!(fault instanceof ApiError && fault.kind === "UnknownWordsError")) return faultState(messageOf(fault));
-  const words = h("div", { class: "known-words" });
-  void get<VocabularyReply>("/api/vocabulary").then(
+  const words = h("div.known-words");
+  void get("/api/vocabulary").then(
     (answer) => {
       if (answer.words.length === 0) return;
       fill(
         words,
-        h("p", { class: "muted" }, "Words that this database knows, the commonest first:"),
+        h("p.muted", "Words that this database knows, the commonest first:"),
         h(
-          "div",
-          { class: "row" },
+          "div.row",
           answer.words.slice(0, MOST).map(({ word }) => button("plain", word, () => choose(word))),
         ),
       );
@@ -39,11 +37,10 @@ export function faultWithWords(fault: unknown, choose: (word: string) => void): 
   ]);
   return h(
     "div",
-    {},
     h(
-      "div",
-      { class: "verdict not-here", role: "alert" },
-      h("p", {}, message.replace(NEAR, ""), choices, near.length > 0 ? "." : ""),
+      "div.verdict.not-here",
+      { role: "alert" },
+      h("p", message.replace(NEAR, ""), choices, near.length > 0 ? "." : ""),
     ),
     words,
   );

@@ -5,19 +5,13 @@ import { isActive } from "../api/jobs.ts";
 import { h } from "../dom/element.ts";
 import { emptyState } from "../parts/states.ts";
 import { openLearning } from "./catalogue/learning.ts";
+import { emptyDatabase, withJobs } from "./empty_database.ts";
 import type { Context } from "./view.ts";
-import { go, routeTo } from "../shell/router.ts";
 
 /** The state for a fault that says "not learned"; null for another fault. `null`: no fault, show it. */
 export function notLearned(fault: unknown, context: Context): HTMLElement | null {
   if (fault !== null && !(fault instanceof ApiError && fault.kind === "NotLearnedError")) return null;
-  if (context.status().captures === 0) {
-    return emptyState(
-      "This database is empty",
-      "Add captures, then choose Learn…: words that were learned from other captures are shipped.",
-      [{ label: "Go to the catalogue", run: () => go(routeTo("catalogue")) }],
-    );
-  }
+  if (context.status().captures === 0) return emptyDatabase(context);
   if (context.status().read_only) {
     return emptyState("Nothing learned yet", "This database has not learned, and it was opened read-only.");
   }
@@ -28,22 +22,13 @@ export function notLearned(fault: unknown, context: Context): HTMLElement | null
       wordless
         ? "Nobody has written about these captures. Learning can start from words that were learned from captures of others; then questions in words are answered."
         : "Learning finds the movements in the captures and the meanings of words. It takes from seconds to minutes.",
-      fault === null ? null : h("span", { class: "server-said" }, messageOf(fault)),
+      fault === null ? null : h("span.server-said", messageOf(fault)),
     ],
     [{ label: "Learn…", run: () => openLearning(context) }],
   );
-  const element = h("div", {}, state);
   const isLearning = (): boolean =>
     context.live.jobs().some((job) => ["learn", "sample"].includes(job.kind) && isActive(job));
-  const show = (): void =>
-    element.replaceChildren(
-      isLearning() ? emptyState("Learning…", "What was asked is answered here when it is done.") : state,
-    );
-  show();
-  const stop = context.live.listen((news) => {
-    if (news.kind !== "job") return;
-    if (element.isConnected) show();
-    else stop();
-  });
-  return element;
+  return withJobs(context, () =>
+    isLearning() ? emptyState("Learning…", "What was asked is answered here when it is done.") : state,
+  );
 }

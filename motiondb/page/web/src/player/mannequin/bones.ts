@@ -108,14 +108,6 @@ export function fits(points: readonly string[]): boolean {
   return POINTS.every((name) => points.includes(name));
 }
 
-/** Bones that follow poses. */
-export interface Rig {
-  /** (bones, 16): what brings places of the rest pose to where the bones are; columns first. */
-  readonly matrices: Float32Array;
-  /** Turn the bones to a pose: (points, 3). */
-  follow(pose: ArrayLike<number>): void;
-}
-
 const [X, Y]: [Vector, Vector] = [
   [1, 0, 0],
   [0, 1, 0],
@@ -139,7 +131,7 @@ function bounded(angle: number): number {
 }
 
 /** Make the bones of a body with these points. */
-export function makeRig(points: readonly string[]): Rig {
+export function makeRig(points: readonly string[]) {
   const matrices = new Float32Array(16 * BONES.length);
   const place = new Map<string, Vector>();
   const turns = new Map<string, Turn>();
@@ -225,8 +217,10 @@ export function makeRig(points: readonly string[]): Rig {
   }
 
   return {
+    /** (bones, 16): what brings places of the rest pose to where the bones are; columns first. */
     matrices,
-    follow(pose) {
+    /** Turn the bones to a pose: (points, 3). */
+    follow(pose: ArrayLike<number>): void {
       points.forEach((name, i) => place.set(name, [pose[3 * i]!, pose[3 * i + 1]!, pose[3 * i + 2]!]));
       turnTrunk();
       for (const side of ["l_", "r_"]) {
@@ -248,3 +242,5 @@ export function makeRig(points: readonly string[]): Rig {
     },
   };
 }
+
+export type Rig = ReturnType<typeof makeRig>;

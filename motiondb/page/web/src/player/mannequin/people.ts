@@ -12,14 +12,6 @@ import { BONES, makeRig, type Rig } from "./bones.ts";
 import { meshOf, type Detail } from "./mesh.ts";
 import { place } from "./skin.ts";
 
-export interface People {
-  /** To be added to a scene. */
-  readonly object: THREE.Group;
-  /** Show these people, always in the same order; all but the fine mesh is moved by this processor. */
-  show(people: readonly Person[], detail: Detail): void;
-  dispose(): void;
-}
-
 let shared: THREE.BufferGeometry | null = null;
 
 function fineGeometry(): THREE.BufferGeometry {
@@ -95,7 +87,7 @@ function paintOf(colour: readonly [number, number, number]): Paint {
 }
 
 /** Make some people. */
-export function makePeople(people: readonly Person[]): People {
+export function makePeople(people: readonly Person[]) {
   const object = new THREE.Group();
   const rigs = people.map(({ points }) => makeRig(points));
   const bones = BONES.map(() => new THREE.Matrix4());
@@ -141,8 +133,10 @@ export function makePeople(people: readonly Person[]): People {
   }
 
   return {
+    /** To be added to a scene. */
     object,
-    show(now, detail) {
+    /** Show these people, always in the same order; all but the fine mesh is moved by this processor. */
+    show(now: readonly Person[], detail: Detail): void {
       const fine = detail === "fine";
       prepare(detail);
       now.forEach(({ pose, colour }, i) => {
@@ -154,9 +148,11 @@ export function makePeople(people: readonly Person[]): People {
         else moveRough(roughs[i]!, rigs[i]!);
       });
     },
-    dispose() {
+    dispose(): void {
       for (const { skeleton } of fines) skeleton.dispose();
       for (const { geometry } of roughs) geometry.dispose();
     },
   };
 }
+
+export type People = ReturnType<typeof makePeople>;

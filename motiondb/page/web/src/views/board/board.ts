@@ -1,11 +1,14 @@
 /** The tactics board: draw a play, see what cannot be played, make the scene, change it. */
 
-import { get, messageOf, post } from "../../api/client.ts";
+import { named, numberField } from "../../dom/fields.ts";
+import { makeState } from "../../dom/state.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { get, isAbort, messageOf, post } from "../../api/client.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askWhether } from "../../parts/asking.ts";
-import { banner, faultState } from "../../parts/states.ts";
+import { banner, faultState, showFault } from "../../parts/states.ts";
 import { go, rewrite, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView } from "../view.ts";
 import { makeDrawing } from "./drawing.ts";
@@ -57,10 +60,13 @@ function spoken(board: BoardReply): BoardReply {
   };
 }
 
-/** Whether the scene is large and the board beside it small, until the page is loaded again. */
-let isStage = false;
-/** Whether a board was opened since the page was loaded: then an address names no scene to begin with. */
-let opened = false;
+/** What is known until the page is loaded again. */
+const KEPT = {
+  /** Whether the scene is large and the board beside it small. */
+  isStage: false,
+  /** Whether a board was opened: then an address names no scene to begin with. */
+  opened: false,
+};
 
 const inDialog = (): boolean => document.querySelector("dialog[open]") !== null;
 
@@ -68,38 +74,44 @@ export function open(host: HTMLElement, context: Context): OpenView {
   let name = "";
   /** The text of the file of this board when it was opened or saved; "": a new board. */
   let fileText = "";
-  let diagram: DiagramShape = emptyDiagram();
-  let board: BoardReply | null = null;
-  let kinds: BoardKinds = { grammars: [], grounds: [] };
-  let selection: Selection = null;
-  let undone: DiagramShape[] = [];
+  const state = makeState(
+    {
+      diagram: emptyDiagram(),
+      board: null as BoardReply | null,
+      kinds: { grammars: [], grounds: [] } as BoardKinds,
+      selection: null as Selection,
+      undone: [] as DiagramShape[],
+      isStage: KEPT.isStage,
+    },
+    () => show(),
+  );
   let dragFrom: DiagramShape | null = null;
   /** Whether the page was just loaded and nobody has drawn here yet. */
   let untouched = false;
   let sceneText = "";
   let timer = 0;
-  let checks = 0;
+  const latest = makeLatest();
   let route = { board: "", scene: "", job: "" };
 
   const faults = h("div", { "aria-live": "polite" });
   const draftNote = h("div", { "aria-live": "polite" });
-  const side = h("div", { class: "board-side" });
+  const side = h("div.board-side");
   const warm = h("input", { type: "checkbox", id: "board-warm", checked: true });
-  const seed = h("input", { type: "number", class: "number", id: "board-seed", min: 0, step: 1, value: 0 });
+  const seed = numberField("board-seed", 0, { value: 0 });
   const makeButton = button(
     "main",
     "Make the scene",
-    () => board && making.make(board.text, seed.valueAsNumber || 0),
+    () => state.board && making.make(state.board.text, seed.valueAsNumber || 0),
   );
   const undoButton = button("plain", [icon("undo"), "Undo"], () => undo(), { disabled: true });
   const swapButton = button("plain", "", () => swap(), { title: "Exchange their sizes (X)" });
-  const body = h("div", {});
+  const body = h("div");
   const tools = makeTools(() => show());
   const files = makeFiles(context, {
     open: (chosen) => go(routeTo("board", { board: chosen })),
     begin: (grammar) => void begin(grammar),
     openText: (text) => void check({ text }, true),
-    present: () => ({ name: board?.shipped ? `my-${name}` : name, text: board?.text ?? "" }),
+    present: () => ({ name: state.board?.shipped ? `my-${name}` : name, text: state.board?.text ?? "" }),
     saved: (saved) => {
       dropDraft(edited());
       draftNote.replaceChildren();
@@ -107,7 +119,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       fileText = saved.text;
       dropDraft(edited());
       setRoute({ board: saved.name });
-      void files.list(saved.name, kinds.grammars).catch(context.fail);
+      void files.list(saved.name, state.kinds.grammars);
     },
   });
   const making = makeMaking(
@@ -121,16 +133,12 @@ export function open(host: HTMLElement, context: Context): OpenView {
     (tokens) => drawing.setTokens(tokens),
   );
   const drawing = makeDrawing({
-    select: (chosen) => {
-      selection = chosen;
-      show();
-    },
+    select: (chosen) => void (state.selection = chosen),
     move: (moved, to, done) => {
       const dragged = dragFrom !== null; // not by a key, which may be held down
-      dragFrom ??= diagram;
-      selection = moved;
-      diagram = moveTo(diagram, moved, to);
-      show();
+      dragFrom ??= state.diagram;
+      state.selection = moved;
+      state.diagram = moveTo(state.diagram, moved, to);
       if (!done) return;
       remember(dragFrom);
       dragFrom = null;
@@ -139,23 +147,19 @@ export function open(host: HTMLElement, context: Context): OpenView {
     draw: (player, to, other, after) => {
       if (!tools.tool || tools.team) return;
       const target = { to, after, ...(other ? { other } : {}) };
-      edit(addElement(diagram, tools.tool, player, target));
+      edit(addElement(state.diagram, tools.tool, player, target));
       selectLast();
     },
     place: (at) => {
       const team = tools.team;
-      if (!team) {
-        selection = null;
-        return show();
-      }
-      place(team, at);
+      if (team) place(team, at);
+      else state.selection = null;
     },
     remove: () => removeSelected(),
     bend: (index, at) => {
-      const element = diagram.elements[index]!;
-      edit(changeElement(diagram, index, { via: [...element.via, at] }));
-      selection = { what: "element", index, point: element.via.length };
-      show();
+      const element = state.diagram.elements[index]!;
+      edit(changeElement(state.diagram, index, { via: [...element.via, at] }));
+      state.selection = { what: "element", index, point: element.via.length };
     },
   });
 
@@ -169,106 +173,97 @@ export function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function remember(before: DiagramShape): void {
-    undone = [...undone.slice(-MOST_UNDONE), before];
-    undoButton.disabled = false;
+    state.undone = [...state.undone.slice(-MOST_UNDONE), before];
   }
 
   /** Take a changed diagram; the server checks it. */
   function edit(next: DiagramShape): void {
-    remember(diagram);
-    diagram = next;
+    remember(state.diagram);
+    state.diagram = next;
     changed(true);
-    show();
   }
 
   /** Show the board of the scene that an address names, unless there is one. */
   function takeScene(): void {
-    if (!sceneText || !untouched || !board) return;
+    if (!sceneText || !untouched || !state.board) return;
     untouched = false;
     void check({ text: sceneText }, true);
   }
 
   function undo(): void {
-    const before = undone.pop();
+    const before = state.undone.at(-1);
     if (!before) return;
-    diagram = before;
-    undoButton.disabled = undone.length === 0;
-    selection = null;
+    state.undone = state.undone.slice(0, -1);
+    state.diagram = before;
+    state.selection = null;
     changed(true);
-    show();
   }
 
   function place(team: Team, at: Spot): void {
-    const [next, added] = addPlayer(diagram, team, at);
+    const [next, added] = addPlayer(state.diagram, team, at);
     edit(next);
-    selection = { what: "player", name: added };
-    show();
+    state.selection = { what: "player", name: added };
   }
 
   function selectLast(): void {
-    const index = diagram.elements.length - 1;
-    selection = { what: "element", index, point: diagram.elements[index]?.to ? "end" : null };
-    show();
+    const index = state.diagram.elements.length - 1;
+    state.selection = { what: "element", index, point: state.diagram.elements[index]?.to ? "end" : null };
   }
 
   function removeSelected(): void {
-    if (!selection || selection.what === "place") return; // a place belongs to the grammar
+    if (!state.selection || state.selection.what === "place") return; // a place belongs to the grammar
     const next =
-      selection.what === "player"
-        ? removePlayer(diagram, selection.name)
-        : removeElement(diagram, selection.index);
-    selection = null;
+      state.selection.what === "player"
+        ? removePlayer(state.diagram, state.selection.name)
+        : removeElement(state.diagram, state.selection.index);
+    state.selection = null;
     edit(next);
   }
 
   function changed(update: boolean, pause = PAUSE): void {
     untouched = false;
-    keepDraft(edited(), diagram);
+    keepDraft(edited(), state.diagram);
     clearTimeout(timer);
     timer = window.setTimeout(() => {
       const follows = update && warm.checked;
       // After a drag nearly every board that could be played still can: do not wait for the answer.
-      const atOnce = follows && pause === 0 && board?.feasible;
+      const atOnce = follows && pause === 0 && state.board?.feasible;
       if (atOnce) {
-        making.update({ diagram });
-        timer = window.setTimeout(() => void check({ diagram }, false), CHECK_AFTER);
+        making.update({ diagram: state.diagram });
+        timer = window.setTimeout(() => void check({ diagram: state.diagram }, false), CHECK_AFTER);
         return;
       }
-      void check({ diagram }, false).then(() => {
-        if (follows && board?.feasible) making.update({ text: board.text });
+      void check({ diagram: state.diagram }, false).then(() => {
+        if (follows && state.board?.feasible) making.update({ text: state.board.text });
       });
     }, pause);
   }
 
   async function check(body: { diagram: DiagramShape } | { text: string }, take: boolean): Promise<void> {
-    checks += 1;
-    const mine = checks;
     try {
-      const answer = await post<BoardReply>("/api/board/check", body);
-      if (mine !== checks) return;
-      learn(answer, take);
+      learn(await latest(post("/api/board/check", body)), take);
     } catch (fault) {
-      if (mine === checks) fill(faults, banner(messageOf(fault)));
+      if (isAbort(fault)) return;
+      fill(faults, banner(messageOf(fault)));
     }
   }
 
   function learn(answer: BoardReply, take: boolean): void {
     if (take && answer.diagram) {
-      if (board) {
-        remember(diagram);
+      if (state.board) {
+        remember(state.diagram);
         untouched = false;
         keepDraft(edited(), answer.diagram);
       }
-      diagram = answer.diagram;
-      selection = null;
+      state.diagram = answer.diagram;
+      state.selection = null;
     }
-    board = answer.diagram ? spoken(answer) : answer;
+    state.board = answer.diagram ? spoken(answer) : answer;
     if (!answer.diagram) {
-      diagram = blankDiagram(); // nobody stands on a board that cannot be read
+      state.diagram = blankDiagram(); // nobody stands on a board that cannot be read
       const edit = { label: "Edit the text…", run: () => files.editText() };
       fill(faults, faultState(answer.fault ?? "The text is not a diagram.", [edit]));
-    } else showFaults(board);
-    show();
+    } else showFaults(state.board);
   }
 
   function showFaults(answer: BoardReply): void {
@@ -289,71 +284,61 @@ export function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function show(): void {
-    const ground = kinds.grounds.find((one) => one.grammar === diagram.grammar);
+    body.className = state.isStage ? "board-body stage" : "board-body";
+    swapButton.textContent = state.isStage ? "Larger board" : "Larger scene";
+    undoButton.disabled = state.undone.length === 0;
+    if (!state.board) return;
+    const ground = state.kinds.grounds.find((one) => one.grammar === state.diagram.grammar);
     useGround(ground ?? null);
     if (ground) tools.setGround(ground);
-    making.setGround({ ground: diagram.ground, places: diagram.places });
-    making.stand(standing(diagram));
-    drawing.show(diagram, board, selection, tools.tool);
+    making.setGround({ ground: state.diagram.ground, places: state.diagram.places });
+    making.stand(standing(state.diagram));
+    drawing.show(state.diagram, state.board, state.selection, tools.tool);
     fill(
       side,
-      panelOf(diagram, board, selection, ground?.verbs.map((one) => one.name) ?? [], {
-        changeElement: (index, change) => edit(changeElement(diagram, index, change)),
-        changePlayer: (player, change) => edit(changePlayer(diagram, player, change)),
-        changeBall: (ball) => edit({ ...diagram, ball }),
+      panelOf(state.diagram, state.board, state.selection, ground?.verbs.map((one) => one.name) ?? [], {
+        changeElement: (index, change) => edit(changeElement(state.diagram, index, change)),
+        changePlayer: (player, change) => edit(changePlayer(state.diagram, player, change)),
+        changeBall: (ball) => edit({ ...state.diagram, ball }),
         addElement: (player, kind, after) => {
-          const end = after === null ? null : diagram.elements[after]!.to;
-          const [x, z] = end ?? placeBefore(diagram, player, Infinity);
+          const end = after === null ? null : state.diagram.elements[after]!.to;
+          const [x, z] = end ?? placeBefore(state.diagram, player, Infinity);
           const to: Spot = [x + AHEAD[0], z + AHEAD[1]];
-          edit(addElement(diagram, kind, player, { after, ...(endsAtPlace(kind) ? { to } : {}) }));
+          edit(addElement(state.diagram, kind, player, { after, ...(endsAtPlace(kind) ? { to } : {}) }));
           selectLast();
         },
-        select: (chosen) => {
-          selection = chosen;
-          show();
-        },
+        select: (chosen) => void (state.selection = chosen),
         remove: removeSelected,
       }),
     );
-    makeButton.disabled = !board?.feasible || board.without_clips.length > 0;
+    makeButton.disabled = !state.board?.feasible || state.board.without_clips.length > 0;
     makeButton.title = makeButton.disabled ? "This play cannot be made yet; see the reasons." : "";
   }
 
   /** Make the scene larger and the board smaller, or the other way round. */
-  function swap(to = !isStage): void {
-    isStage = to;
-    body.className = isStage ? "board-body stage" : "board-body";
-    swapButton.textContent = isStage ? "Larger board" : "Larger scene";
+  function swap(): void {
+    KEPT.isStage = state.isStage = !state.isStage;
   }
-  swap(isStage);
+  show();
 
   fill(body, [
-    h("div", { class: "board-left" }, tools.element, side),
+    h("div.board-left", tools.element, side),
     drawing.element,
     h(
-      "div",
-      { class: "board-right" },
+      "div.board-right",
       h(
-        "div",
-        { class: "row" },
+        "div.row",
         makeButton,
-        h("label", { for: "board-seed" }, "Seed"),
-        seed,
+        named("Seed", seed),
         undoButton,
-        h("label", { class: "check" }, warm, "update after changes"),
+        h("label.check", warm, "update after changes"),
         swapButton,
       ),
       faults,
       making.element,
     ),
   ]);
-  fill(
-    host,
-    h("h1", { class: "hidden-heading" }, "Tactics board"),
-    h("div", { class: "row board-bar" }, files.element),
-    draftNote,
-    body,
-  );
+  fill(host, h("h1.hidden-heading", "Tactics board"), h("div.row.board-bar", files.element), draftNote, body);
   // A button that was pressed and is disabled now leaves the focus to the page.
   const onKey = (event: KeyboardEvent): void => {
     const at = event.target as Element;
@@ -364,7 +349,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       event.preventDefault();
       undo();
     } else if (event.key === "Escape") {
-      selection = null;
+      state.selection = null;
       tools.clear();
       show();
     }
@@ -372,37 +357,35 @@ export function open(host: HTMLElement, context: Context): OpenView {
   document.addEventListener("keydown", onKey);
 
   async function load(wanted: string): Promise<void> {
-    undone = [];
-    undoButton.disabled = true;
-    selection = null;
+    state.undone = [];
+    state.selection = null;
     name = wanted;
     fileText = "";
-    board = null;
+    state.board = null;
     try {
-      if (kinds.grammars.length === 0) kinds = await get<BoardKinds>("/api/board/kinds");
-      void files.list(wanted, kinds.grammars).catch(context.fail);
-      const first = !opened;
-      opened = true;
+      if (state.kinds.grammars.length === 0) state.kinds = await get("/api/board/kinds");
+      void files.list(wanted, state.kinds.grammars);
+      const first = !KEPT.opened;
+      KEPT.opened = true;
       untouched = first && !wanted && !readDraft(edited());
       draftNote.replaceChildren();
       if (wanted) {
-        const saved = await get<BoardReply>("/api/board", { name: wanted });
+        const saved = await get("/api/board", { name: wanted });
         if (name !== wanted) return;
         fileText = saved.text;
         learn(saved, true);
       }
       const draft = readDraft(edited());
-      if (!draft && !wanted) await check({ diagram: emptyDiagram(kinds.grounds[0]) }, true);
+      if (!draft && !wanted) await check({ diagram: emptyDiagram(state.kinds.grounds[0]) }, true);
       if (draft) {
-        if (wanted) undone = [diagram];
-        board = null;
+        if (wanted) state.undone = [state.diagram];
+        state.board = null;
         await check({ diagram: draft }, true);
-        undoButton.disabled = undone.length === 0;
         showDraftNote();
       } else showOlderNote();
       takeScene();
     } catch (fault) {
-      fill(faults, faultState(messageOf(fault)));
+      showFault(faults, fault);
     }
   }
 
@@ -456,7 +439,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   /** Begin a new board on the ground of a grammar; the present one stays as a draft of its name. */
   async function begin(grammar: string): Promise<void> {
     if (!(await mayDrop({ ...edited(), name: "", text: "" }))) {
-      void files.list(name, kinds.grammars).catch(context.fail);
+      void files.list(name, state.kinds.grammars);
       return;
     }
     if (name) {
@@ -465,13 +448,12 @@ export function open(host: HTMLElement, context: Context): OpenView {
       history.pushState(null, "", routeTo("board", route)); // Back returns to the other board
     }
     making.clear();
-    undone = [];
-    undoButton.disabled = true;
-    selection = board = null;
+    state.undone = [];
+    state.selection = state.board = null;
     untouched = false;
     draftNote.replaceChildren();
-    void files.list("", kinds.grammars).catch(context.fail);
-    const ground = kinds.grounds.find((one) => one.grammar === grammar) ?? null;
+    void files.list("", state.kinds.grammars);
+    const ground = state.kinds.grounds.find((one) => one.grammar === grammar) ?? null;
     const next = emptyDiagram(ground ?? undefined);
     keepDraft(edited(), next);
     await check({ diagram: next }, true);
@@ -480,7 +462,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   return {
     update(parameters) {
       const wanted = parameters.get("board") ?? "";
-      const first = kinds.grammars.length === 0;
+      const first = state.kinds.grammars.length === 0;
       route = { board: wanted, scene: parameters.get("scene") ?? "", job: parameters.get("job") ?? "" };
       if (first || wanted !== name) void load(wanted);
       making.open(route.scene || null, route.job || null);

@@ -2,11 +2,6 @@
 
 import { fill, h, svg } from "../../dom/element.ts";
 
-export interface ErrorCurve {
-  readonly element: HTMLElement;
-  show(curve: readonly (readonly [number, number])[]): void;
-}
-
 const SIZE = { width: 320, height: 76, left: 44, bottom: 16 };
 
 /** Points of the picture for a curve of [share, error]; errors that are not positive are left out. */
@@ -38,11 +33,11 @@ export function triesOf(points: readonly (readonly [number, number])[]): (readon
 
 const short = (value: number): string => (value >= 100 ? value.toFixed(0) : value.toPrecision(2));
 
-export function makeErrorCurve(): ErrorCurve {
-  const element = h("div", { class: "board-curve" });
+export function makeErrorCurve() {
+  const element = h("div.board-curve");
   return {
     element,
-    show(curve) {
+    show(curve: readonly (readonly [number, number])[]): void {
       const known = curve.filter(([, error]) => error > 0).map(([, error]) => error);
       if (known.length < 2) {
         element.replaceChildren();
@@ -63,7 +58,7 @@ export function makeErrorCurve(): ErrorCurve {
           },
           svg("text", { x: SIZE.left - 6, y: 12, "text-anchor": "end" }, short(Math.max(...known))),
           svg("text", { x: SIZE.left - 6, y: height + 6, "text-anchor": "end" }, short(Math.min(...known))),
-          svg("line", { class: "board-axis", x1: SIZE.left, y1: height + 6, x2: SIZE.width, y2: height + 6 }),
+          svg("line.board-axis", { x1: SIZE.left, y1: height + 6, x2: SIZE.width, y2: height + 6 }),
           tries.map((points, i) =>
             svg("polyline", {
               class: i + 1 < tries.length ? "board-error earlier" : "board-error",
@@ -73,7 +68,7 @@ export function makeErrorCurve(): ErrorCurve {
           svg(
             "text",
             { x: SIZE.left, y: SIZE.height - 2 },
-            `error of the scene (logarithmic), while sampling${again}`,
+            `how far from natural and from its rules${again}`,
           ),
         ),
       );

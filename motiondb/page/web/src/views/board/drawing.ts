@@ -23,13 +23,6 @@ export interface DrawingActions {
   bend(index: number, at: Spot): void;
 }
 
-export interface Drawing {
-  readonly element: HTMLElement;
-  show(diagram: DiagramShape, board: BoardReply | null, selection: Selection, tool: string): void;
-  /** Show where the players of the scene are now; none: they are where they were drawn. */
-  setTokens(tokens: readonly Token[]): void;
-}
-
 const MARGIN = 0.6;
 /** Metres that an arrow key moves something by; with Shift. */
 const STEP = { plain: 0.1, shift: 0.5 };
@@ -50,8 +43,8 @@ export function nameOf({ elements }: DiagramShape, index: number): string {
   return `step ${step}: ${player} ${kind.replace("_", " ")}${about}`;
 }
 
-export function makeDrawing(actions: DrawingActions): Drawing {
-  const element = h("div", { class: "board-court" });
+export function makeDrawing(actions: DrawingActions) {
+  const element = h("div.board-court");
   let diagram: DiagramShape | null = null;
   let board: BoardReply | null = null;
   let selection: Selection = null;
@@ -131,9 +124,9 @@ export function makeDrawing(actions: DrawingActions): Drawing {
         "aria-label": `${player.name}, ${player.team}, at ${player.at[0]} ${player.at[1]}${fault ? `: ${fault}` : ""}`,
         on: grip(mine),
       },
-      svg("title", {}, fault ? `${player.name}: ${fault}` : player.name),
-      svg("circle", { r: RADIUS, class: "board-disc" }),
-      styleOf(player.team) === "second" ? svg("path", { d: cross, class: "board-cross" }) : null,
+      svg("title", fault ? `${player.name}: ${fault}` : player.name),
+      svg("circle.board-disc", { r: RADIUS }),
+      styleOf(player.team) === "second" ? svg("path.board-cross", { d: cross }) : null,
       svg(
         "text",
         styleOf(player.team) === "second" ? { x: 0.52, y: -0.3 } : { y: 0.13, class: "inside" },
@@ -156,13 +149,9 @@ export function makeDrawing(actions: DrawingActions): Drawing {
         "data-ghost": index,
         on: grip({ what: "element", index, point: "end" }),
       },
-      svg(
-        "title",
-        {},
-        `${player} after step ${diagram!.elements[index]!.step}: draw the next action from here`,
-      ),
-      svg("circle", { r: RADIUS, class: "board-disc" }),
-      svg("text", { y: 0.11, class: "inside" }, player),
+      svg("title", `${player} after step ${diagram!.elements[index]!.step}: draw the next action from here`),
+      svg("circle.board-disc", { r: RADIUS }),
+      svg("text.inside", { y: 0.11 }, player),
     );
   }
 
@@ -191,8 +180,7 @@ export function makeDrawing(actions: DrawingActions): Drawing {
     const [dx, dz] = [end[0] - before[0], end[1] - before[1]];
     const length = Math.hypot(dx, dz);
     const [ax, az] = length > 1e-9 ? [(-dz / length) * 0.42, (dx / length) * 0.42] : [0.42, 0];
-    return svg("polyline", {
-      class: "board-line bar",
+    return svg("polyline.board-line.bar", {
       points: text([
         [end[0] - ax, end[1] - az],
         [end[0] + ax, end[1] + az],
@@ -203,8 +191,7 @@ export function makeDrawing(actions: DrawingActions): Drawing {
   function handle(index: number, point: "end" | number, at: Spot): SVGElement {
     const mine: Selection = { what: "element", index, point };
     const label = `${point === "end" ? "End" : `Point ${point + 1}`} of ${nameOf(diagram!, index)}`;
-    return svg("circle", {
-      class: "board-handle",
+    return svg("circle.board-handle", {
       cx: at[0],
       cy: at[1],
       r: 0.16,
@@ -247,16 +234,15 @@ export function makeDrawing(actions: DrawingActions): Drawing {
           keydown: (event: KeyboardEvent) => keys(event, mine),
         },
       },
-      svg("title", {}, reason ?? nameOf(diagram!, index)),
-      svg("polyline", { class: "board-hit", points: text(stroke.points) }),
-      svg("polyline", {
-        class: "board-line",
+      svg("title", reason ?? nameOf(diagram!, index)),
+      svg("polyline.board-hit", { points: text(stroke.points) }),
+      svg("polyline.board-line", {
         points: text(stroke.points),
         ...(stroke.arrow ? { "marker-end": `url(#arrow-${reason ? "bad" : team})` } : {}),
       }),
       stroke.bar ? bar(stroke.points) : null,
-      svg("circle", { class: "board-step-disc", cx: at[0], cy: at[1], r: 0.22 }),
-      svg("text", { class: "board-step", x: at[0], y: at[1] + 0.11 }, one.step),
+      svg("circle.board-step-disc", { cx: at[0], cy: at[1], r: 0.22 }),
+      svg("text.board-step", { x: at[0], y: at[1] + 0.11 }, one.step),
     );
   }
 
@@ -281,8 +267,7 @@ export function makeDrawing(actions: DrawingActions): Drawing {
   function ground(): SVGElement[] {
     const { ground, places } = diagram!;
     const marks: SVGElement[] = [
-      svg("rect", {
-        class: "board-ground",
+      svg("rect.board-ground", {
         x: ground.left,
         y: ground.back,
         width: ground.width,
@@ -290,10 +275,10 @@ export function makeDrawing(actions: DrawingActions): Drawing {
       }),
     ];
     for (const line of groundLines(ground)) {
-      marks.push(svg("polyline", { class: "board-court-line", points: text(line) }));
+      marks.push(svg("polyline.board-court-line", { points: text(line) }));
     }
     for (const { at, width } of places.filter((one) => one.width > 0 && !one.tall)) {
-      marks.push(svg("circle", { class: "board-rim", cx: at[0], cy: at[1], r: width / 2 }));
+      marks.push(svg("circle.board-rim", { cx: at[0], cy: at[1], r: width / 2 }));
     }
     marks.push(...places.filter((one) => !one.given).map(placeMark));
     return marks;
@@ -329,13 +314,13 @@ export function makeDrawing(actions: DrawingActions): Drawing {
     picture.classList.toggle("drawing", tool !== "");
     fill(
       picture,
-      svg("defs", {}, ["first", "second", "other", "bad"].map(arrowHead)),
+      svg("defs", ["first", "second", "other", "bad"].map(arrowHead)),
       ground(),
       strokes.map((stroke, i) => elementMark(i, stroke)),
       diagram.elements.map((_, i) => ghost(i)),
       diagram.players.map(playerMark),
       handles,
-      rubber ? svg("polyline", { class: "board-rubber", points: text([rubber, drawn!.to]) }) : null,
+      rubber ? svg("polyline.board-rubber", { points: text([rubber, drawn!.to]) }) : null,
       tokens.element,
     );
     if (kept) picture.querySelector<SVGElement>(kept)?.focus({ preventScroll: true });
@@ -379,11 +364,17 @@ export function makeDrawing(actions: DrawingActions): Drawing {
 
   return {
     element,
-    show(nextDiagram, nextBoard, nextSelection, nextTool) {
+    show(
+      nextDiagram: DiagramShape,
+      nextBoard: BoardReply | null,
+      nextSelection: Selection,
+      nextTool: string,
+    ): void {
       [diagram, board, selection, tool] = [nextDiagram, nextBoard, nextSelection, nextTool];
       draw();
     },
-    setTokens(next) {
+    /** Show where the players of the scene are now; none: they are where they were drawn. */
+    setTokens(next: readonly Token[]): void {
       element.classList.toggle("playing", next.length > 0);
       tokens.show(next);
     },

@@ -1,12 +1,13 @@
 /** Boards as files: the shipped ones and the user's are opened and saved, also as text. */
 
+import { named } from "../../dom/fields.ts";
 import { get, put } from "../../api/client.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { askLine, openDialog } from "../../parts/asking.ts";
 import { saveBlob } from "../../parts/download.ts";
 import type { Context } from "../view.ts";
-import type { BoardFile, BoardReply, BoardsReply } from "../../api/types.ts";
+import type { BoardFile, BoardReply } from "../../api/types.ts";
 
 export interface FileActions {
   /** Open a board by its name; "" begins a new one. */
@@ -18,19 +19,12 @@ export interface FileActions {
   saved(board: BoardReply): void;
 }
 
-export interface Files {
-  readonly element: HTMLElement;
-  list(chosen: string, grammars: readonly string[]): Promise<void>;
-  editText(): void;
-}
-
 const ENDING = ".tactics";
 /** Begins the value of a new board of a grammar; names of boards hold no such sign. */
 const NEW = "new:";
 
-export function makeFiles(context: Context, actions: FileActions): Files {
-  const select = h("select", {
-    class: "field",
+export function makeFiles(context: Context, actions: FileActions) {
+  const select = h("select.field", {
     id: "board-name",
     on: {
       change: () => {
@@ -48,7 +42,7 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       change: () => {
         const file = input.files?.[0];
         input.value = "";
-        file?.text().then(actions.openText, context.fail);
+        void file?.text().then(actions.openText);
       },
     },
   });
@@ -64,15 +58,14 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       rules: { pattern: "[A-Za-z0-9][A-Za-z0-9_\\-]{0,59}", title: "Letters, digits, - and _" },
     };
     askLine(line, async (chosen) => {
-      const board = await put<BoardReply>("/api/board", { name: chosen, text });
+      const board = await put("/api/board", { name: chosen, text });
       context.notify(`Saved as ${board.name}${ENDING}.`);
       actions.saved(board);
     });
   }
 
   function editText(): void {
-    const area = h("textarea", {
-      class: "field wide board-text",
+    const area = h("textarea.field.wide.board-text", {
       "aria-label": "Text of the board",
       rows: 18,
     });
@@ -81,8 +74,7 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       "The board as text",
       area,
       h(
-        "div",
-        { class: "row end" },
+        "div.row.end",
         button("main", "Use this text", () => {
           dialog.close();
           actions.openText(area.value);
@@ -93,10 +85,8 @@ export function makeFiles(context: Context, actions: FileActions): Files {
 
   return {
     element: h(
-      "div",
-      { class: "row" },
-      h("label", { for: "board-name" }, "Board"),
-      select,
+      "div.row",
+      named("Board", select),
       input,
       button("plain", "Open a file…", () => input.click()),
       button("plain", "Save…", save),
@@ -107,8 +97,8 @@ export function makeFiles(context: Context, actions: FileActions): Files {
       button("plain", "Text…", editText),
     ),
     editText,
-    async list(chosen, grammars) {
-      const { boards } = await get<BoardsReply>("/api/boards");
+    async list(chosen: string, grammars: readonly string[]): Promise<void> {
+      const { boards } = await get("/api/boards");
       const option = (one: BoardFile): HTMLElement =>
         h("option", { value: one.name, selected: one.name === chosen }, one.title);
       const own = boards.filter((one) => !one.shipped);
@@ -126,3 +116,5 @@ export function makeFiles(context: Context, actions: FileActions): Files {
     },
   };
 }
+
+export type Files = ReturnType<typeof makeFiles>;

@@ -1,46 +1,29 @@
 /** Make the scene of a board: show its error while it is sampled, play it, and update it when the board changes. */
 
+import { onSubmit } from "../../dom/fields.ts";
 import { REDUCED } from "../../dom/wishes.ts";
-import { get, messageOf, post } from "../../api/client.ts";
-import { cancelJob, failureOf, isActive } from "../../api/jobs.ts";
+import { get, post } from "../../api/client.ts";
+import { cancelJob, failureOf, isActive, stepOf } from "../../api/jobs.ts";
 import type { Track } from "../../api/container.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { download } from "../../parts/download.ts";
 import { progressBar } from "../../parts/progress.ts";
-import { faultState } from "../../parts/states.ts";
+import { faultState, showFault } from "../../parts/states.ts";
 import { makePlayer } from "../../player/player.ts";
 import type { Context } from "../view.ts";
 import { makeErrorCurve } from "./curve.ts";
 import { sceneReport } from "./rules.ts";
 import { makeCourt, type CourtPlan } from "../../player/court.ts";
 import { tokensAt, type Token } from "./tokens.ts";
-import type { DiagramShape, JobReply, SceneKept, SceneReply } from "../../api/types.ts";
-
-export interface Making {
-  readonly element: HTMLElement;
-  /** The scene on screen; null before the first. */
-  readonly scene: string | null;
-  make(text: string, seed: number): void;
-  /** Update the current scene to a changed diagram; without a scene nothing happens. */
-  update(board: { text: string } | { diagram: DiagramShape }): void;
-  /** Show no scene: another play begins. */
-  clear(): void;
-  /** Draw the ground of the board under the scene. */
-  setGround(plan: CourtPlan): void;
-  /** Let the people of the drawing stand there, while there is no scene. */
-  stand(tracks: Track[]): void;
-  /** Show a scene, or watch a job that makes one. */
-  open(scene: string | null, job: string | null): void;
-  close(): void;
-}
+import type { DiagramShape, JobReply } from "../../api/types.ts";
 
 export function makeMaking(
   context: Context,
   went: (state: { scene?: string; job?: string | null; text?: string }) => void,
   /** Where everybody is now; nobody at the beginning of a scene that does not play. */
   moved: (tokens: readonly Token[]) => void,
-): Making {
+) {
   const player = makePlayer(context.stage, { label: "The scene" });
   const court = makeCourt(player.screen);
   let playing: readonly Track[] = [];
@@ -49,12 +32,12 @@ export function makeMaking(
     moved(begun ? tokensAt(playing, time) : []);
   });
   const curve = makeErrorCurve();
-  const state = h("div", { class: "board-making", "aria-live": "polite" });
-  const report = h("div", {});
-  const buttons = h("div", { class: "row", hidden: true });
+  const state = h("div.board-making", { "aria-live": "polite" });
+  const report = h("div");
+  const buttons = h("div.row", { hidden: true });
   const element = h(
-    "section",
-    { class: "board-scene", "aria-label": "Scene" },
+    "section.board-scene",
+    { "aria-label": "Scene" },
     state,
     player.element,
     report,
@@ -71,7 +54,7 @@ export function makeMaking(
   /** What this is for, while there is nothing. */
   function sayIdle(): void {
     const text = "Make the scene: the people of the drawing move with motion of the captures.";
-    fill(state, h("p", { class: "muted" }, text));
+    fill(state, h("p.muted", text));
   }
   sayIdle();
 
@@ -83,9 +66,9 @@ export function makeMaking(
   function tell(job: JobReply): void {
     fill(
       state,
-      h("p", {}, h("b", {}, job.title), job.error === null ? "" : ` error ${job.error.toPrecision(3)}`),
-      progressBar(job.state === "waiting" ? null : job.share, job.what || job.state),
-      button("plain", "Cancel", () => void cancelJob(job).catch(context.fail)),
+      h("p", h("b", job.title), job.error === null ? "" : ` error ${job.error.toPrecision(3)}`),
+      progressBar(job.state === "waiting" ? null : job.share, stepOf(job)),
+      button("plain", "Cancel", () => void cancelJob(job)),
     );
   }
 
@@ -99,7 +82,7 @@ export function makeMaking(
     } else if (job.state === "failed") {
       fill(state, faultState(failureOf(job)));
     } else if (job.kind === "scene") {
-      fill(state, h("p", { class: "muted" }, "Cancelled."));
+      fill(state, h("p.muted", "Cancelled."));
     } else if (scene) state.replaceChildren();
     else sayIdle();
   }
@@ -135,13 +118,13 @@ export function makeMaking(
     });
   }
 
-  async function begin(path: string, body: unknown): Promise<void> {
+  async function begin(path: "/api/scenes" | "/api/scenes/update", body: unknown): Promise<void> {
     try {
-      const job = await post<JobReply>(path, body);
+      const job = await post(path, body);
       went({ job: job.id });
       watch(job.id);
     } catch (fault) {
-      fill(state, faultState(messageOf(fault)));
+      showFault(state, fault);
     }
   }
 
@@ -164,10 +147,7 @@ export function makeMaking(
   async function show(ref: string): Promise<void> {
     const first = scene === null && playing.length === 0;
     try {
-      const [facts, tracks] = await Promise.all([
-        get<SceneReply>("/api/scene", { ref }),
-        context.motions.tracks(ref),
-      ]);
+      const [facts, tracks] = await Promise.all([get("/api/scene", { ref }), context.motions.tracks(ref)]);
       scene = ref;
       if (!watched) state.replaceChildren();
       went({ scene: ref, text: facts.text });
@@ -182,7 +162,7 @@ export function makeMaking(
       );
       showButtons(ref);
     } catch (fault) {
-      fill(state, faultState(messageOf(fault)));
+      showFault(state, fault);
     }
   }
 
@@ -208,11 +188,10 @@ export function makeMaking(
   }
 
   function keep(ref: string): void {
-    const name = h("input", { class: "field", "aria-label": "Name of the scene", required: true });
-    const form = h("form", { class: "row" }, name, h("button", { class: "button", type: "submit" }, "Keep"));
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      post<SceneKept>("/api/scenes/keep", { ref, name: name.value.trim() }).then(() => {
+    const name = h("input.field", { "aria-label": "Name of the scene", required: true });
+    const form = h("form.row", name, h("button.button", { type: "submit" }, "Keep"));
+    onSubmit(form, () => {
+      post("/api/scenes/keep", { ref, name: name.value.trim() }).then(() => {
         context.notify(`Kept as ${name.value.trim()}.`);
         showButtons(ref);
       }, context.fail);
@@ -225,24 +204,27 @@ export function makeMaking(
     buttons.hidden = false;
     fill(
       buttons,
-      button("plain", "Download", () => void download([{ ref }], "bvh").catch(context.fail)),
+      button("plain", "Download", () => void download([{ ref }], "bvh")),
       context.status().read_only ? null : button("plain", "Keep in the database…", () => keep(ref)),
     );
   }
 
   return {
     element,
+    /** The scene on screen; null before the first. */
     get scene() {
       return scene;
     },
-    make(text, seed) {
+    make(text: string, seed: number): void {
       curve.show([]);
       void begin("/api/scenes", { text, seed });
     },
-    update(board) {
+    /** Update the current scene to a changed diagram; without a scene nothing happens. */
+    update(board: { text: string } | { diagram: DiagramShape }): void {
       if (scene) void begin("/api/scenes/update", { scene, ...board });
     },
-    clear() {
+    /** Show no scene: another play begins. */
+    clear(): void {
       stop();
       scene = null;
       playing = [];
@@ -252,22 +234,27 @@ export function makeMaking(
       curve.show([]);
       moved([]);
     },
-    setGround(plan) {
-      const key = JSON.stringify(plan);
-      if (key === ground) return;
-      ground = key;
-      stands = false; // those of another ground are looked at from elsewhere
+    /** Draw the ground of the board under the scene. */
+    setGround(plan: CourtPlan): void {
+      const { width, length, left, back } = plan.ground;
+      const size = [width, length, left, back].join(" ");
+      if (size !== ground) stands = false; // those of another ground are looked at from elsewhere
+      ground = size;
       court.show(plan);
     },
+    /** Let the people of the drawing stand there, while there is no scene. */
     stand,
-    open(ref, job) {
+    /** Show a scene, or watch a job that makes one. */
+    open(ref: string | null, job: string | null): void {
       if (job && job !== watched?.id) watch(job);
       else if (ref && ref !== scene) void show(ref);
     },
-    close() {
+    close(): void {
       stop();
       court.close();
       player.close();
     },
   };
 }
+
+export type Making = ReturnType<typeof makeMaking>;

@@ -1,5 +1,6 @@
 /** The selected element of the board: its settings, and why it cannot be played. */
 
+import { named, numberField } from "../../dom/fields.ts";
 import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { nameOf } from "./drawing.ts";
@@ -29,13 +30,13 @@ interface Choice {
 
 function choice({ id, label, value, options, choose }: Choice): HTMLElement[] {
   const select = h(
-    "select",
-    { class: "field", id, on: { change: () => choose(select.value) } },
+    "select.field",
+    { id, on: { change: () => choose(select.value) } },
     options.map((one) =>
       h("option", { value: one, selected: one === value }, one.replace("_", " ") || "nobody"),
     ),
   );
-  return [h("label", { for: id }, label), select];
+  return named(label, select);
 }
 
 function wholeNumber(
@@ -45,20 +46,15 @@ function wholeNumber(
   least: number,
   set: (value: number) => void,
 ): HTMLElement[] {
-  const input = h("input", {
-    id,
-    class: "number",
-    type: "number",
-    min: least,
-    step: 1,
+  const input = numberField(id, least, {
     value,
     on: { change: () => Number.isInteger(input.valueAsNumber) && set(Math.max(input.valueAsNumber, least)) },
   });
-  return [h("label", { for: id }, label), input];
+  return named(label, input);
 }
 
 function reasonLine(reason: string | null): HTMLElement | null {
-  return reason ? h("p", { class: "board-reason", role: "status" }, reason) : null;
+  return reason ? h("p.board-reason", { role: "status" }, reason) : null;
 }
 
 function removeButton(what: string, remove: () => void): HTMLElement {
@@ -76,13 +72,12 @@ function elementPanel(
   const change = (changes: Partial<ElementShape>): void => actions.changeElement(index, changes);
   const others = diagram.players.map((one) => one.name).filter((name) => name !== element.player);
   return h(
-    "section",
-    { class: "board-selected", "aria-label": "Selected action" },
-    h("h2", {}, nameOf(diagram, index)),
+    "section.board-selected",
+    { "aria-label": "Selected action" },
+    h("h2", nameOf(diagram, index)),
     reasonLine(board?.elements.find((one) => one.element === index)?.reason ?? null),
     h(
-      "div",
-      { class: "form-grid" },
+      "div.form-grid",
       wholeNumber("element-step", "Step", element.step, 1, (step) => change({ step })),
       lookOf(element.kind) === "give"
         ? wholeNumber("element-caught", "Caught at", Math.max(element.caught, element.step), 1, (caught) =>
@@ -122,14 +117,13 @@ function playerPanel(
   const facts = board?.players.find((one) => one.name === name);
   const opponents = diagram.players.filter((one) => one.team !== player.team).map((one) => one.name);
   return h(
-    "section",
-    { class: "board-selected", "aria-label": "Selected player" },
-    h("h2", {}, `${name}, ${player.team}`),
+    "section.board-selected",
+    { "aria-label": "Selected player" },
+    h("h2", `${name}, ${player.team}`),
     reasonLine(facts?.reason ?? null),
-    facts?.shortest.length ? h("p", { class: "muted" }, `shortest play: ${facts.shortest.join(", ")}`) : null,
+    facts?.shortest.length ? h("p.muted", `shortest play: ${facts.shortest.join(", ")}`) : null,
     h(
-      "div",
-      { class: "form-grid" },
+      "div.form-grid",
       choice({
         id: "player-action",
         label: "Add",
@@ -149,8 +143,7 @@ function playerPanel(
     ),
     groundNow().object
       ? h(
-          "label",
-          { class: "check" },
+          "label.check",
           h("input", {
             type: "checkbox",
             checked: board?.holder === name,
@@ -171,11 +164,9 @@ function derived(board: BoardReply | null): HTMLElement | null {
   const rows = (board?.players ?? []).filter((one) => one.shortest.length > 0);
   if (rows.length === 0) return null;
   return h(
-    "ul",
-    { class: "plain small", "aria-label": "By the grammar" },
-    rows.map((one) =>
-      h("li", {}, h("b", {}, one.name), `, as long as nothing is drawn: ${one.shortest.join(", ")}`),
-    ),
+    "ul.plain.small",
+    { "aria-label": "By the grammar" },
+    rows.map((one) => h("li", h("b", one.name), `, as long as nothing is drawn: ${one.shortest.join(", ")}`)),
   );
 }
 
@@ -184,13 +175,12 @@ function overview(diagram: DiagramShape, board: BoardReply | null, actions: Pane
     .map((_, i) => i)
     .sort((a, b) => diagram.elements[a]!.step - diagram.elements[b]!.step || a - b);
   return h(
-    "section",
-    { class: "board-selected", "aria-label": "Actions in order" },
-    h("h2", {}, "Actions"),
+    "section.board-selected",
+    { "aria-label": "Actions in order" },
+    h("h2", "Actions"),
     order.length
       ? h(
-          "ul",
-          { class: "plain board-list" },
+          "ul.plain.board-list",
           order.map((index) => {
             const reason = board?.elements.find((one) => one.element === index)?.reason ?? null;
             const point = diagram.elements[index]!.to ? ("end" as const) : null;
@@ -198,11 +188,11 @@ function overview(diagram: DiagramShape, board: BoardReply | null, actions: Pane
               "li",
               { class: reason ? "infeasible" : "" },
               button("link", nameOf(diagram, index), () => actions.select({ what: "element", index, point })),
-              reason ? h("span", { class: "board-reason" }, ` ${reason}`) : null,
+              reason ? h("span.board-reason", ` ${reason}`) : null,
             );
           }),
         )
-      : h("p", { class: "muted" }, "Choose an action, then drag it from a player on the board."),
+      : h("p.muted", "Choose an action, then drag it from a player on the board."),
     order.length ? null : derived(board),
   );
 }

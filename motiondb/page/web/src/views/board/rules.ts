@@ -100,8 +100,10 @@ function value(rules: readonly MeasuredRule[]): string {
   const text = (one: number | null): string => (one === null ? "not measured" : one.toFixed(digits));
   const allowed = rules.map((one) => text(one.threshold));
   // A distance has its bounds in its sentence: beyond them nothing is allowed.
-  const room = rules.some((one) => one.threshold !== 0) ? ` of ${allowed.join(" and ")}` : "";
-  return `${text(after)}${room}${unit}`;
+  const room = rules.some((one) => one.threshold !== 0)
+    ? `, ${[...new Set(allowed)].join(" and ")} allowed`
+    : "";
+  return `${text(after)}${unit}${room}`;
 }
 
 function frameButton(frame: number, jump: (time: number) => void): HTMLElement {
@@ -122,13 +124,12 @@ function rowOf(
     { class: rule.kept ? "kept" : "broken" },
     h(
       "td",
-      {},
-      h("span", { class: "mark", "aria-hidden": "true" }, rule.kept ? "✓" : "✕"),
-      h("span", { class: "visually-hidden" }, rule.kept ? "kept" : "broken"),
+      h("span.mark", { "aria-hidden": "true" }, rule.kept ? "✓" : "✕"),
+      h("span.visually-hidden", rule.kept ? "kept" : "broken"),
     ),
-    h("td", {}, h("b", {}, rule.player), ` ${action(rule.action)}: `, ruleSentence(rule, board)),
-    h("td", { class: "time" }, value(rules)),
-    h("td", {}, frame === null ? "" : frameButton(frame, jump)),
+    h("td", h("b", rule.player), ` ${action(rule.action)}: `, ruleSentence(rule, board)),
+    h("td.time", value(rules)),
+    h("td", frame === null ? "" : frameButton(frame, jump)),
   );
 }
 
@@ -136,17 +137,15 @@ function impossibleList({ report }: SceneReply, jump: (time: number) => void): H
   const impossible = report.impossible ?? [];
   if (impossible.length === 0) return null;
   return h(
-    "section",
-    { class: "board-impossible", "aria-label": "Impossible motions" },
-    h("h3", {}, `${plural(impossible.length, "motion")} that nobody can make`),
+    "section.board-impossible",
+    { "aria-label": "Impossible motions" },
+    h("h3", `${plural(impossible.length, "motion")} that nobody can make`),
     h(
-      "ul",
-      { class: "plain" },
+      "ul.plain",
       impossible.map((one) =>
         h(
           "li",
-          {},
-          h("b", {}, one.players.join(" and ")),
+          h("b", one.players.join(" and ")),
           ` ${action(one.action)}: ${IMPOSSIBLE[one.kind] ?? one.kind}, `,
           frameButton(one.frame, jump),
         ),
@@ -171,16 +170,10 @@ function seenList({ report }: SceneReply, jump: (time: number) => void): HTMLEle
   const seen = report.seen ?? [];
   if (seen.length === 0) return null;
   return h(
-    "ul",
-    { class: "plain", "aria-label": "Seen at once" },
+    "ul.plain",
+    { "aria-label": "Seen at once" },
     seen.map((one) =>
-      h(
-        "li",
-        {},
-        h("b", {}, one.players[0]!),
-        ` ${SEEN[one.kind] ?? one.kind}, `,
-        frameButton(one.start, jump),
-      ),
+      h("li", h("b", one.players[0]!), ` ${SEEN[one.kind] ?? one.kind}, `, frameButton(one.start, jump)),
     ),
   );
 }
@@ -194,32 +187,28 @@ export function sceneReport(scene: SceneReply, jump: (time: number) => void): HT
     ? `${plural(broken, "rule")} of ${rules.length} broken`
     : `${rules.length === 1 ? "The rule is" : `All ${rules.length} rules are`} kept`;
   return h(
-    "section",
-    { class: "board-report", "aria-label": "Report of the scene", tabindex: 0 },
+    "section.board-report",
+    { "aria-label": "Report of the scene", tabindex: 0 },
     impossibleList(scene, jump),
     seenList(scene, jump),
     h(
-      "details",
-      { class: "why", open: true },
+      "details.why",
+      { open: true },
       h("summary", { class: broken ? "broken" : "" }, verdict),
       h(
-        "table",
-        { class: "board-rules" },
+        "table.board-rules",
         h(
           "thead",
-          {},
           h(
             "tr",
-            {},
-            h("th", { scope: "col" }, h("span", { class: "visually-hidden" }, "kept")),
+            h("th", { scope: "col" }, h("span.visually-hidden", "kept")),
             h("th", { scope: "col" }, "what was asked"),
-            h("th", { scope: "col" }, "off by, of what is allowed"),
+            h("th", { scope: "col" }, "off by"),
             h("th", { scope: "col" }, "moment"),
           ),
         ),
         h(
           "tbody",
-          {},
           together(rules).map((row) => rowOf(row, board, jump)),
         ),
       ),

@@ -14,11 +14,6 @@ export interface Token {
   at: Spot;
 }
 
-export interface Tokens {
-  readonly element: SVGElement;
-  show(tokens: readonly Token[]): void;
-}
-
 /** Where everybody is at a time of a scene. */
 export function tokensAt(tracks: readonly Track[], time: number): Token[] {
   return tracks
@@ -33,18 +28,18 @@ export function tokensAt(tracks: readonly Track[], time: number): Token[] {
 }
 
 /** Make the layer of tokens of a board. */
-export function makeTokens(): Tokens {
-  const element = svg("g", { class: "board-tokens", "aria-hidden": "true" });
+export function makeTokens() {
+  const element = svg("g.board-tokens", { "aria-hidden": "true" });
   let drawn = "";
   return {
     element,
-    show(tokens) {
+    show(tokens: readonly Token[]): void {
       const cast = tokens.map((one) => `${one.team} ${one.name}`).join("|");
       if (cast !== drawn) {
         drawn = cast;
         const mark = ({ name, team }: Token): SVGElement =>
           team === "ball"
-            ? svg("g", { class: "board-token ball" }, svg("circle", { r: 0.18 }))
+            ? svg("g.board-token.ball", svg("circle", { r: 0.18 }))
             : svg(
                 "g",
                 { class: `board-token ${styleOf(team)}`, "data-token": name },

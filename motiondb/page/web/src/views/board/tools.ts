@@ -6,17 +6,6 @@ import type { Ground } from "../../api/types.ts";
 import type { Team } from "./spot.ts";
 import { groundNow } from "./verbs.ts";
 
-export interface Tools {
-  readonly element: HTMLElement;
-  /** The kind of action that is drawn; "" while things are selected and moved. */
-  readonly tool: string;
-  /** The team of the player that is placed; null otherwise. */
-  readonly team: Team | null;
-  /** Offer what the grammar of a diagram allows. */
-  setGround(ground: Ground): void;
-  clear(): void;
-}
-
 const GROUPS: readonly [string, readonly string[]][] = [
   ["Go", ["way", "wave"]],
   ["Give", ["give", "send"]],
@@ -24,10 +13,10 @@ const GROUPS: readonly [string, readonly string[]][] = [
   ["Do", ["act"]],
 ];
 
-export function makeTools(change: () => void): Tools {
+export function makeTools(change: () => void) {
   let chosen = "";
   let ground: Ground = groundNow();
-  const element = h("div", { class: "board-tools", role: "toolbar", "aria-label": "Tools of the board" });
+  const element = h("div.board-tools", { role: "toolbar", "aria-label": "Tools of the board" });
 
   function tool(value: string, label: string, title: string): HTMLElement {
     return button(
@@ -45,10 +34,10 @@ export function makeTools(change: () => void): Tools {
   function draw(): void {
     fill(
       element,
-      h("div", { class: "row" }, tool("", "Select", "Select and move (Escape)")),
+      h("div.row", tool("", "Select", "Select and move (Escape)")),
       h(
-        "div",
-        { class: "row", role: "group", "aria-label": "Players" },
+        "div.row",
+        { role: "group", "aria-label": "Players" },
         ground.teams.map((team) =>
           tool(`team:${team}`, `+ ${team}`, `Click on the ground to place one: ${team}`),
         ),
@@ -58,8 +47,8 @@ export function makeTools(change: () => void): Tools {
         const known = offered.filter((one) => looks.includes(one.look)).map((one) => one.name);
         if (known.length === 0) return null;
         return h(
-          "div",
-          { class: "row", role: "group", "aria-label": title },
+          "div.row",
+          { role: "group", "aria-label": title },
           known.map((kind) =>
             tool(
               kind,
@@ -74,21 +63,26 @@ export function makeTools(change: () => void): Tools {
 
   return {
     element,
+    /** The kind of action that is drawn; "" while things are selected and moved. */
     get tool() {
       return chosen;
     },
+    /** The team of the player that is placed; null otherwise. */
     get team() {
       return chosen.startsWith("team:") ? (chosen.slice(5) as Team) : null;
     },
-    setGround(next) {
+    /** Offer what the grammar of a diagram allows. */
+    setGround(next: Ground): void {
       if (next.grammar === ground.grammar) return;
       ground = next;
       chosen = "";
       draw();
     },
-    clear() {
+    clear(): void {
       chosen = "";
       draw();
     },
   };
 }
+
+export type Tools = ReturnType<typeof makeTools>;

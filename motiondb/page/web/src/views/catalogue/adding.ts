@@ -1,8 +1,9 @@
 /** Add captures: drop or choose files or a folder, or name a folder of the server's computer. */
 
+import { choice, named, onSubmit } from "../../dom/fields.ts";
 import { onPage } from "../../api/advice.ts";
 import { get, messageOf, post } from "../../api/client.ts";
-import type { FolderReply, JobReply, UploadReply } from "../../api/types.ts";
+import type { UploadReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { openDialog } from "../../parts/asking.ts";
@@ -14,19 +15,17 @@ import type { Context } from "../view.ts";
 /** Open the dialog; files that were dropped on the page are taken at once. */
 export function openAdding(context: Context, dropped: readonly NamedFile[] = []): void {
   const { accepts, folders } = context.status();
-  const state = h("div", { class: "adding-state", role: "status" });
+  const state = h("div.adding-state", { role: "status" });
   const chooseFiles = picker("Choose files…", false);
   const chooseFolder = picker("Choose a folder…", true);
   const zone = h(
-    "div",
-    { class: "drop-zone" },
-    h("p", { class: "drop-title" }, "Drop captures here"),
+    "div.drop-zone",
+    h("p.drop-title", "Drop captures here"),
     h(
-      "p",
-      { class: "muted" },
+      "p.muted",
       `${[...accepts.captures, ...accepts.skeletons].join(" ")}, and a sheet of words (${accepts.sheets.join(" ")}). Folders are read with all that is in them.`,
     ),
-    h("div", { class: "row centre" }, chooseFiles, chooseFolder),
+    h("div.row.centre", chooseFiles, chooseFolder),
   );
   onDrop(zone, (files) => void take(files));
 
@@ -41,7 +40,6 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
     });
     return h(
       "span",
-      {},
       input,
       button("plain", label, () => input.click()),
     );
@@ -50,36 +48,32 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
   async function take(files: readonly NamedFile[]): Promise<void> {
     const sorted = sortFiles(files, accepts);
     if (sorted.send.length === 0) {
-      fill(state, refusedList(sorted.refused), h("p", { class: "bad" }, "None of these files can be added."));
+      fill(state, refusedList(sorted.refused), h("p.bad", "None of these files can be added."));
       return;
     }
     const size = sorted.send.reduce((sum, one) => sum + one.file.size, 0);
     fill(
       state,
-      h("p", {}, `Sending ${plural(sorted.send.length, "file")} (${bytesText(size)})…`),
+      h("p", `Sending ${plural(sorted.send.length, "file")} (${bytesText(size)})…`),
       h("progress", { "aria-label": "Sending" }),
     );
     try {
       const sent = await upload(sorted.send);
       fill(state, ready(sent, [...sorted.refused, ...sent.refused]));
     } catch (fault) {
-      fill(state, h("p", { class: "bad" }, messageOf(fault)));
+      fill(state, h("p.bad", messageOf(fault)));
     }
   }
 
   function ready(sent: UploadReply, refused: { name: string; message: string }[]): Child {
     const captures = sent.files.filter((file) => file.kind === "capture").length;
     if (captures === 0) {
-      return [
-        refusedList(refused),
-        h("p", { class: "bad" }, "None of these files is a capture that can be added."),
-      ];
+      return [refusedList(refused), h("p.bad", "None of these files is a capture that can be added.")];
     }
     const sheets = sent.files.filter((file) => file.kind === "sheet").map((file) => file.name);
     return [
       h(
         "p",
-        {},
         `${plural(captures, "file")} ready to be added. Those that cannot be read are left out, and named.`,
       ),
       refusedList(refused),
@@ -89,39 +83,29 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
 
   function addForm(sheets: readonly string[], body: (words: string | null) => object): HTMLElement {
     const sheet = h(
-      "select",
-      { class: "field", id: "sheet" },
+      "select.field",
+      { id: "sheet" },
       h("option", { value: "" }, "no sheet"),
       sheets.map((name, i) => h("option", { value: name, selected: i === 0 }, name)),
     );
-    const up = choice("up", ["", "y", "z", "x", "-y", "-z", "-x"], "as found");
-    const unit = choice("unit", ["", "m", "cm", "mm", "inch"], "as found");
+    const up = choice("up", [["", "as found"], "y", "z", "x", "-y", "-z", "-x"]);
+    const unit = choice("unit", [["", "as found"], "m", "cm", "mm", "inch"]);
     const mirrored = h("input", { type: "checkbox", id: "mirror-world" });
     const swapped = h("input", { type: "checkbox", id: "swap-sides" });
     const reading = h(
-      "details",
-      { class: "reading" },
-      h("summary", {}, "How the files are to be read"),
-      h(
-        "div",
-        { class: "row" },
-        h("label", { for: "up" }, "Axis up"),
-        up,
-        h("label", { for: "unit" }, "Unit"),
-        unit,
-      ),
-      h("label", { class: "row", for: "mirror-world" }, mirrored, "Left-handed axes (Unity, DirectX)"),
-      h("label", { class: "row", for: "swap-sides" }, swapped, "Left and right are exchanged in the names"),
+      "details.reading",
+      h("summary", "How the files are to be read"),
+      h("div.row", named("Axis up", up), named("Unit", unit)),
+      h("label.row", { for: "mirror-world" }, mirrored, "Left-handed axes (Unity, DirectX)"),
+      h("label.row", { for: "swap-sides" }, swapped, "Left and right are exchanged in the names"),
     );
     const form = h(
-      "form",
-      { class: "row end" },
+      "form.row.end",
       reading,
       sheets.length > 0 ? [h("label", { for: "sheet" }, "Words from"), sheet] : null,
-      h("button", { class: "button", type: "submit" }, "Add to the database"),
+      h("button.button", { type: "submit" }, "Add to the database"),
     );
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
+    onSubmit(form, () => {
       const how = {
         up: up.value,
         unit: unit.value || null,
@@ -135,41 +119,37 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
 
   async function begin(body: object): Promise<void> {
     try {
-      await post<JobReply>("/api/add", body);
+      await post("/api/add", body);
       dialog.close();
       context.notify("Adding has begun. It goes on if you leave or reload this page.");
     } catch (fault) {
-      fill(state, h("p", { class: "bad", role: "alert" }, messageOf(fault)));
+      fill(state, h("p.bad", { role: "alert" }, messageOf(fault)));
     }
   }
 
   async function browse(into: HTMLElement, root: number, path: string): Promise<void> {
     try {
-      const listing = await get<FolderReply>("/api/folders", { root, path });
+      const listing = await get("/api/folders", { root, path });
       const up = path.includes("/") ? path.slice(0, path.lastIndexOf("/")) : "";
       const name = folders.find((one) => one.root === root)?.name ?? "";
       fill(
         into,
         h(
           "p",
-          {},
-          h("b", {}, [name, path].filter(Boolean).join("/")),
+          h("b", [name, path].filter(Boolean).join("/")),
           ` – ${plural(listing.captures, "capture")} here`,
         ),
         h(
-          "ul",
-          { class: "plain folder-list" },
+          "ul.plain.folder-list",
           path
             ? h(
                 "li",
-                {},
                 button("link", "one folder up", () => void browse(into, root, up)),
               )
             : null,
           listing.folders.map((folder) =>
             h(
               "li",
-              {},
               button(
                 "link",
                 `${folder}/`,
@@ -184,16 +164,16 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
         })),
       );
     } catch (fault) {
-      fill(into, h("p", { class: "bad" }, messageOf(fault)));
+      fill(into, h("p.bad", messageOf(fault)));
     }
   }
 
   const roots = folders.map(({ root, name }) => {
-    const inside = h("div", {});
+    const inside = h("div");
     return h(
       "details",
       { on: { toggle: () => inside.childElementCount === 0 && void browse(inside, root, "") } },
-      h("summary", {}, `Folder ${name} on the server's computer`),
+      h("summary", `Folder ${name} on the server's computer`),
       inside,
     );
   });
@@ -201,24 +181,15 @@ export function openAdding(context: Context, dropped: readonly NamedFile[] = [])
   if (dropped.length > 0) void take(dropped);
 }
 
-function choice(id: string, values: readonly string[], none: string): HTMLSelectElement {
-  return h(
-    "select",
-    { class: "field", id },
-    values.map((value) => h("option", { value }, value || none)),
-  );
-}
-
 function refusedList(refused: readonly { name: string; message: string }[]): HTMLElement | null {
   if (refused.length === 0) return null;
   return h(
-    "details",
-    { class: "refused", open: true },
-    h("summary", {}, `${plural(refused.length, "file")} left out`),
+    "details.refused",
+    { open: true },
+    h("summary", `${plural(refused.length, "file")} left out`),
     h(
-      "ul",
-      { class: "plain" },
-      refused.slice(0, 200).map(({ name, message }) => h("li", {}, h("b", {}, name), ` ${onPage(message)}`)),
+      "ul.plain",
+      refused.slice(0, 200).map(({ name, message }) => h("li", h("b", name), ` ${onPage(message)}`)),
     ),
   );
 }

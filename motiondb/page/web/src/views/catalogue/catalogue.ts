@@ -1,14 +1,15 @@
 /** The catalogue: all captures with moving figures, filters, words, and one capture beside them. */
 
+import { named, onSubmit } from "../../dom/fields.ts";
 import { ApiError, get, isAbort, messageOf } from "../../api/client.ts";
-import type { Caption, CapturePage, CaptureRow, UndoState } from "../../api/types.ts";
+import type { Caption, CaptureRow } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { onDrop } from "../../parts/dropping.ts";
 import { banner, emptyState, type Action } from "../../parts/states.ts";
 import { plural, seconds } from "../../parts/text.ts";
-import { amend, go, routeTo } from "../../shell/router.ts";
+import { amend, go, partOf, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView } from "../view.ts";
 import { openAdding } from "./adding.ts";
 import { makeDetails, type Details, type Place } from "./details.ts";
@@ -36,7 +37,7 @@ interface Wanted {
   capture: string;
   /** What stands in place of the rows. */
   list: List;
-  /** Large previews in place of the table. */
+  /** Large previews in place of the table(). */
   grid: boolean;
   /** The part and the moment of the shown capture. */
   place: Place;
@@ -61,7 +62,7 @@ function placeOf(parameters: URLSearchParams): Place {
 async function allNames(where: string, sort: string): Promise<string[]> {
   const names: string[] = [];
   for (;;) {
-    const page = await get<CapturePage>("/api/captures", { where, sort, offset: names.length, limit: 1000 });
+    const page = await get("/api/captures", { where, sort, offset: names.length, limit: 1000 });
     names.push(...page.captures.map((capture) => capture.name));
     if (page.captures.length === 0 || names.length >= page.total) return names;
   }
@@ -77,59 +78,47 @@ export function open(host: HTMLElement, context: Context): OpenView {
     grid: false,
     place: WHOLE,
   };
-  let asked = "";
+  let asked: string | null = null;
   let details: Details | null = null;
-  let shown = "";
 
-  const rows = makeRows(() => table.refresh(), context.fail);
+  const rows = makeRows(() => table().refresh());
   const thumbs = makeThumbs(context.motions, () => context.stage.resting);
   const actions = makeWordsActions(context, (capture, words) => void wordsChanged(capture, words));
   const facets = makeFacets((pick) => route({ picks: togglePick(wanted.picks, pick) }));
-  const listed = makeTable({
+  const shared = {
     rows,
+    onChoose: (capture: string) => route({ capture }),
+    isPicked: (name: string) => picking.has(name),
+    onPick: (names: readonly string[], picked: boolean) => picking.set(names, picked),
+  };
+  const listed = makeTable({
+    ...shared,
     thumbs,
     canEdit: () => !context.status().read_only,
     hasLearned: () => context.status().learned,
     onSort: (sort) => route({ sort }),
-    onChoose: (capture) => route({ capture }),
     onEdit: (capture, cell) => editWords(capture, cell),
-    isPicked: (name) => picking.has(name),
-    onPick: (names, picked) => picking.set(names, picked),
-    failed: context.fail,
   });
   const previews = makeThumbs(context.motions, () => context.stage.resting, true);
-  const grid = makeGrid({
-    rows,
-    thumbs: previews,
-    onChoose: (capture) => route({ capture }),
-    isPicked: (name) => picking.has(name),
-    onPick: (names, picked) => picking.set(names, picked),
-    failed: context.fail,
-  });
-  let table: Table = listed;
+  const grid = makeGrid({ ...shared, thumbs: previews });
+  const table = (): Table => (wanted.grid ? grid : listed);
   const picking = makePicking(context, {
     all: () => allNames(combine(wanted.typed, wanted.picks), wanted.sort),
     known: () => allNames("", "name"),
-    changed: () => table.refresh(),
+    changed: () => table().refresh(),
     undo: () => actions.undo(),
   });
 
-  const filter = h("input", {
-    class: "field",
+  const filter = h("input.field", {
     id: "filter",
     type: "search",
     placeholder: "words, a name, or length > 10",
     "aria-describedby": "filter-fault",
     spellcheck: false,
   });
-  const filterFault = h("p", { id: "filter-fault", class: "bad small", role: "alert" });
-  const form = h(
-    "form",
-    { class: "filter-form", role: "search" },
-    h("label", { for: "filter" }, "Filter"),
-    filter,
-  );
-  const summary = h("p", { class: "summary", role: "status" });
+  const filterFault = h("p.bad.small", { id: "filter-fault", role: "alert" });
+  const form = h("form.filter-form", { role: "search" }, named("Filter", filter));
+  const summary = h("p.summary", { role: "status" });
   const canWrite = !context.status().read_only;
   const undo = button("plain", [icon("undo"), "Undo"], () => void actions.undo(), {
     class: "button plain undo-button",
@@ -146,9 +135,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
     title: "Large previews, which play while they are pointed at",
   });
   const tools = h(
-    "div",
-    { class: "row" },
-    h("a", { class: "button plain", href: routeTo("wall"), title: "All captures in motion" }, "Wall"),
+    "div.row",
+    h("a.button.plain", { href: routeTo("wall"), title: "All captures in motion" }, "Wall"),
     asGrid,
     Object.values(lists),
     canWrite
@@ -157,35 +145,34 @@ export function open(host: HTMLElement, context: Context): OpenView {
           button("plain", "Learn…", () => openLearning(context)),
           button(
             "main",
-            [icon("plus"), h("span", {}, "Add", h("span", { class: "wide-only" }, " captures"))],
+            [icon("plus"), h("span", "Add", h("span.wide-only", " captures"))],
             () => openAdding(context),
             { "aria-label": "Add captures" },
           ),
         ]
       : null,
   );
-  const notice = h("div", {});
+  const notice = h("div");
   const facetBox = h(
-    "details",
-    { class: "facet-box", open: innerWidth > 900 },
-    h("summary", {}, "Filter by value"),
+    "details.facet-box",
+    { open: innerWidth > 900 },
+    h("summary", "Filter by value"),
     facets.element,
   );
-  const content = h("div", { class: "catalogue-content" });
-  const side = h("div", { class: "catalogue-side", hidden: true });
+  const content = h("div.catalogue-content");
+  const side = h("div.catalogue-side", { hidden: true });
   fill(
     host,
-    h("h1", { class: "hidden-heading" }, "Catalogue"),
-    h("div", { class: "catalogue-bar" }, form, summary, tools),
+    h("h1.hidden-heading", "Catalogue"),
+    h("div.catalogue-bar", form, summary, tools),
     filterFault,
     notice,
-    h("div", { class: "catalogue-body" }, facetBox, content, side),
+    h("div.catalogue-body", facetBox, content, side),
     picking.element,
   );
   const endDrops = canWrite ? onDrop(host, (files) => openAdding(context, files)) : null;
 
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(form, () => {
     route({ typed: filter.value });
   });
   filter.addEventListener("search", () => route({ typed: filter.value }));
@@ -206,7 +193,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
       if (time !== null) query.set("time", time.toFixed(2));
     }
     const text = query.toString();
-    (change.capture === undefined ? amend : go)(text ? `#/catalogue?${text}` : "#/catalogue");
+    const hash = text ? `#/catalogue?${text}` : "#/catalogue";
+    if (hash !== location.hash) (change.capture === undefined ? amend : go)(hash);
   }
 
   function editWords(capture: CaptureRow, cell: HTMLElement): void {
@@ -216,7 +204,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       `Words of ${capture.name}`,
       (line) => actions.replace(capture.name, withWholeWords(capture.words, line), capture.words),
       () => {
-        table.refresh();
+        table().refresh();
         if (missed) void load();
       },
     );
@@ -226,13 +214,13 @@ export function open(host: HTMLElement, context: Context): OpenView {
     const at = rows.find(capture);
     const row = at >= 0 ? rows.at(at) : null;
     if (row) rows.replace({ ...row, words });
-    table.refresh();
+    table().refresh();
     await Promise.all([refreshUndo(), wanted.capture === capture ? details?.reload() : undefined]);
   }
 
   async function refreshUndo(): Promise<void> {
     try {
-      undo.hidden = (await get<UndoState>("/api/undo")).left === 0;
+      undo.hidden = (await get("/api/undo")).left === 0;
     } catch {
       undo.hidden = true;
     }
@@ -242,7 +230,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   let missed = false;
 
   async function load(): Promise<void> {
-    missed = isEditing(table.element);
+    missed = isEditing(table().element);
     if (missed) return;
     const where = combine(wanted.typed, wanted.picks);
     filterFault.textContent = "";
@@ -262,10 +250,10 @@ export function open(host: HTMLElement, context: Context): OpenView {
       } else context.fail(fault);
       return;
     }
-    missed = isEditing(table.element);
+    missed = isEditing(table().element);
     if (missed) return; // typing began while the rows were on their way
     host.classList.toggle("no-facets", facets.element.childElementCount === 0);
-    table.leaveOut(new Set([...facets.columns(), ...rows.tags()]));
+    table().leaveOut(new Set([...facets.columns(), ...rows.tags()]));
     showRows();
   }
 
@@ -275,14 +263,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
       ? [{ label: `Ask for “${wanted.typed.trim()}”`, run: () => go(routeTo("search", { q: wanted.typed })) }]
       : [];
 
+  const showAll: Action = { label: "Show all captures", run: () => route({ typed: "", picks: [] }) };
+
   function showUnread(): void {
     host.classList.add("no-facets");
-    fill(
-      content,
-      emptyState("The filter could not be read", "Correct it, or show all captures.", [
-        { label: "Show all captures", run: () => route({ typed: "", picks: [] }) },
-      ]),
-    );
+    fill(content, emptyState("The filter could not be read", "Correct it, or show all captures.", [showAll]));
   }
 
   function showRows(): void {
@@ -294,9 +279,9 @@ export function open(host: HTMLElement, context: Context): OpenView {
       : `${plural(status.captures, "capture")}, ${seconds(status.seconds)} of motion`;
     if (wanted.list) return;
     if (rows.total > 0) {
-      if (!table.element.isConnected) fill(content, table.element);
-      table.reset(wanted.sort);
-      if (rows.found !== null && wanted.capture) table.reveal(rows.found);
+      if (!table().element.isConnected) fill(content, table().element);
+      table().reset(wanted.sort);
+      if (rows.found !== null && wanted.capture) table().reveal(rows.found);
     } else if (filtered) {
       fill(
         content,
@@ -305,14 +290,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
           askInstead().length > 0
             ? "The filter looks for words in captions and names. A question looks at the motion, too."
             : "Remove a condition, or show all captures.",
-          [
-            ...askInstead(),
-            {
-              label: "Show all captures",
-              plain: askInstead().length > 0,
-              run: () => route({ typed: "", picks: [] }),
-            },
-          ],
+          [...askInstead(), { ...showAll, plain: askInstead().length > 0 }],
         ),
       );
     } else fill(content, emptyDatabase(context));
@@ -332,15 +310,15 @@ export function open(host: HTMLElement, context: Context): OpenView {
   }
 
   function showSide(): void {
-    if (wanted.capture === shown) return details?.select(wanted.place.part);
-    const left = shown;
-    shown = wanted.capture;
+    const left = details?.name ?? "";
+    const shown = wanted.capture;
+    if (shown === left) return details?.select(wanted.place.part);
     side.hidden = shown === "";
     host.classList.toggle("with-side", shown !== "");
-    table.choose(shown || null);
+    table().choose(shown || null);
     if (!shown) {
       const inside = side.contains(document.activeElement);
-      if (inside || document.activeElement === document.body) table.focus(left);
+      if (inside || document.activeElement === document.body) table().focus(left);
       details?.close();
       details = null;
       side.replaceChildren();
@@ -351,10 +329,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
         context,
         actions,
         () => route({ capture: "" }),
-        (moved) => {
-          const place = { ...wanted.place, ...moved };
-          if (JSON.stringify(place) !== JSON.stringify(wanted.place)) route({ place });
-        },
+        (moved) => route({ place: { ...wanted.place, ...moved } }),
       );
       fill(side, details.element);
     }
@@ -376,11 +351,10 @@ export function open(host: HTMLElement, context: Context): OpenView {
         place: placeOf(parameters),
       };
       filter.value = wanted.typed;
-      table = wanted.grid ? grid : listed;
-      table.choose(wanted.capture || null);
+      table().choose(wanted.capture || null);
       asGrid.setAttribute("aria-pressed", String(wanted.grid));
       for (const list of LISTS) lists[list].setAttribute("aria-pressed", String(wanted.list === list));
-      const key = JSON.stringify([wanted.typed, wanted.picks, wanted.sort, wanted.list, wanted.grid]);
+      const key = partOf(parameters, ["where", "pick", "sort", "show", "as"]);
       if (key !== asked) {
         asked = key;
         showList();
@@ -389,13 +363,12 @@ export function open(host: HTMLElement, context: Context): OpenView {
       showSide();
     },
     news(news) {
-      if (context.status().captures === 0 && news.kind === "job") showRows();
       if (news.kind !== "revision") return;
       showNotice();
       context.motions.forget();
       if (wanted.list === "selections") showList();
       void load();
-      void picking.check().catch(context.fail);
+      void picking.check();
       void refreshUndo();
       void details?.reload();
     },

@@ -1,15 +1,16 @@
 /** The panel of one capture: its player, its words, where it comes from, its copies. */
 
+import { makeLatest } from "../../api/latest.ts";
+import { showFault } from "../../parts/states.ts";
 import { onPage } from "../../api/advice.ts";
-import { ApiError, get, messageOf, post } from "../../api/client.ts";
-import type { CaptureDetails, CapturesChanged, DescribeReply } from "../../api/types.ts";
+import { ApiError, get, post } from "../../api/client.ts";
+import type { CaptureDetails } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { askLine, askWhether } from "../../parts/asking.ts";
 import { download, downloadButtons, downloadMenu, type FileFormat } from "../../parts/download.ts";
 import { askSelection } from "../../parts/selecting.ts";
-import { faultState } from "../../parts/states.ts";
 import { interval, seconds } from "../../parts/text.ts";
 import { makeTake } from "../../take/take.ts";
 import {
@@ -25,17 +26,6 @@ import { go, routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
 import { isEditing, makeCaptionList, type WordsActions } from "./editing.ts";
 import { addressWith } from "../compare/address.ts";
-
-export interface Details {
-  readonly element: HTMLElement;
-  /** Show a capture, with a part of it and a moment if an address names them. */
-  show(name: string, place: Place): Promise<void>;
-  /** Choose a part of the shown capture. */
-  select(part: Interval | null): void;
-  /** Ask again for the facts of the shown capture; the player goes on. */
-  reload(): Promise<void>;
-  close(): void;
-}
 
 /** All lanes that are known of a capture. */
 export function lanesOf(facts: CaptureDetails): Lane[] {
@@ -63,15 +53,15 @@ export function makeDetails(
   leave: () => void,
   /** Another part, or another moment, is shown. */
   moved: (place: Partial<Place>) => void,
-): Details {
+) {
   let facts: CaptureDetails | null = null;
   let name = "";
+  const latest = makeLatest();
   const title = h("h2", { tabindex: -1 });
-  const under = h("div", { class: "details-under" });
+  const under = h("div.details-under");
   // There at once, before anything is known of the capture.
   const tools = h(
-    "div",
-    { class: "row actions" },
+    "div.row.actions",
     button("plain", "More like this", () => go(routeTo("search", { like: ref() }))),
     downloadButtons(context.status().writes, (format) => void save(format), true),
   );
@@ -119,15 +109,11 @@ export function makeDetails(
   const captions = makeCaptionList(actions, (start, end) => take.select([start, end]));
 
   async function save(format: FileFormat, start?: number, end?: number): Promise<void> {
-    try {
-      await download([{ ref: ref(), start: start ?? null, end: end ?? null }], format);
-      // Readers of BVH refuse whatever else stands in a file, so no licence can be written into it.
-      const licence = facts?.tags["licence"];
-      if (format === "bvh" && licence)
-        context.notify(`Saved. A BVH file has no place for its licence, which is ${licence}.`);
-    } catch (fault) {
-      context.fail(fault);
-    }
+    await download([{ ref: ref(), start: start ?? null, end: end ?? null }], format);
+    // Readers of BVH refuse whatever else stands in a file, so no licence can be written into it.
+    const licence = facts?.tags["licence"];
+    if (format === "bvh" && licence)
+      context.notify(`Saved. A BVH file has no place for its licence, which is ${licence}.`);
   }
 
   async function removeCapture(): Promise<void> {
@@ -137,21 +123,16 @@ export function makeDetails(
       "Remove",
     );
     if (!sure) return;
-    try {
-      await post<CapturesChanged>("/api/captures/remove", { captures: [name] });
-      context.notify(`${name} is removed.`, { label: "Undo", run: () => void actions.undo() });
-      leave();
-    } catch (fault) {
-      context.fail(fault);
-    }
+    await post("/api/captures/remove", { captures: [name] });
+    context.notify(`${name} is removed.`, { label: "Undo", run: () => void actions.undo() });
+    leave();
   }
 
   const element = h(
-    "aside",
-    { class: "details", "aria-label": "Capture" },
+    "aside.details",
+    { "aria-label": "Capture" },
     h(
-      "div",
-      { class: "details-head" },
+      "div.details-head",
       title,
       button("tool", icon("close"), leave, { "aria-label": "Close the capture", title: "Close (Escape)" }),
     ),
@@ -165,15 +146,14 @@ export function makeDetails(
   });
 
   /** Ask for the likely words, which take longest; everything else is there meanwhile. */
-  async function describe(asked: string): Promise<void> {
+  async function describe(): Promise<void> {
     try {
-      const { words } = await get<DescribeReply>("/api/describe", { ref: `capture:${asked}` });
-      if (name !== asked || !facts) return;
+      const { words } = await latest(get("/api/describe", { ref: ref() }));
+      if (!facts) return; // another capture is on its way
       facts = { ...facts, recognised: words };
       take.setLanes(lanesOf(facts));
     } catch (fault) {
-      const unlearned = fault instanceof ApiError && fault.kind === "NotLearnedError";
-      if (name === asked && !unlearned) context.fail(fault);
+      if (!(fault instanceof ApiError && fault.kind === "NotLearnedError")) throw fault;
     }
   }
 
@@ -186,16 +166,15 @@ export function makeDetails(
       under,
       facts.grammar && facts.string
         ? h(
-            "p",
-            { class: "small" },
+            "p.small",
             `A sequence of the grammar ${facts.grammar}. `,
             h("a", { href: routeTo("grammar", { open: facts.name }) }, "Open in the editor"),
           )
         : null,
-      h("h3", {}, "Words"),
+      h("h3", "Words"),
       captions.element,
       copiesOf(facts),
-      h("h3", {}, "Facts"),
+      h("h3", "Facts"),
       factList(facts),
       context.status().read_only
         ? null
@@ -205,13 +184,18 @@ export function makeDetails(
 
   return {
     element,
-    async show(next, { part, time }) {
+    /** The capture that is shown. */
+    get name(): string {
+      return name;
+    },
+    /** Show a capture, with a part of it and a moment if an address names them. */
+    async show(next: string, { part, time }: Place): Promise<void> {
       name = next;
       clearTimeout(timer);
       title.textContent = name;
       facts = null;
       take.element.hidden = tools.hidden = false;
-      fill(under, h("p", { class: "muted", role: "status" }, "Loading its words and facts…"));
+      fill(under, h("p.muted", { role: "status" }, "Loading its words and facts…"));
       loading = true;
       context.stage.rest(true);
       const ready = take.load({ ref: ref(), selection: part }).then(() => {
@@ -222,15 +206,15 @@ export function makeDetails(
         take.player.seek(time);
       }); // it plays while the facts are computed
       try {
-        const answer = await get<CaptureDetails>("/api/capture", { name: next, described: false });
+        const answer = await get("/api/capture", { name: next, described: false });
         if (name !== next) return;
         facts = answer;
-        void describe(next);
+        void describe();
       } catch (fault) {
         if (name !== next) return;
         context.stage.rest(false);
         take.element.hidden = tools.hidden = true;
-        fill(under, faultState(messageOf(fault), [{ label: "Close", run: leave }]));
+        showFault(under, fault, [{ label: "Close", run: leave }]);
         return;
       }
       showFacts();
@@ -238,21 +222,23 @@ export function makeDetails(
       requestAnimationFrame(() => requestAnimationFrame(() => name === next && context.stage.rest(false)));
       await ready;
     },
-    async reload() {
+    /** Ask again for the facts of the shown capture; the player goes on. */
+    async reload(): Promise<void> {
       const asked = name;
       try {
-        const answer = await get<CaptureDetails>("/api/capture", { name: asked, described: false });
+        const answer = await get("/api/capture", { name: asked, described: false });
         if (name !== asked || isEditing(element)) return; // what is typed is compared when it is saved
         facts = answer;
         showFacts();
-        void describe(asked);
+        void describe();
       } catch (fault) {
         if (name === asked && fault instanceof ApiError && fault.status === 404) leave(); // removed
       }
     },
-    select: (part) => {
-      const same = JSON.stringify(part) === JSON.stringify(take.selection);
-      if (!same) take.select(part);
+    /** Choose a part of the shown capture. */
+    select: (part: Interval | null) => {
+      const before = take.selection;
+      if (part?.[0] !== before?.[0] || part?.[1] !== before?.[1]) take.select(part);
     },
     close: () => {
       clearTimeout(timer);
@@ -262,19 +248,19 @@ export function makeDetails(
   };
 }
 
+export type Details = ReturnType<typeof makeDetails>;
+
 function copiesOf(facts: CaptureDetails): Child {
   if (facts.relations.length === 0) return null;
   return [
-    h("h3", {}, "Copies"),
+    h("h3", "Copies"),
     h(
-      "ul",
-      { class: "plain" },
+      "ul.plain",
       facts.relations.map((copy) => {
         const other = copy.capture === facts.name ? copy.other : copy.capture;
         const where = `, ${interval(copy.start, copy.end)}`;
         return h(
           "li",
-          {},
           h("a", { href: routeTo("catalogue", { capture: other }) }, other),
           ` – ${copy.kind}${where}`,
         );
@@ -302,10 +288,7 @@ function factList(facts: CaptureDetails): HTMLElement {
     ["SHA-256", facts.sha256],
   ];
   return h(
-    "dl",
-    { class: "facts" },
-    rows
-      .filter(([, value]) => value)
-      .map(([name, value]) => h("div", {}, h("dt", {}, name), h("dd", {}, value!))),
+    "dl.facts",
+    rows.filter(([, value]) => value).map(([name, value]) => h("div", h("dt", name), h("dd", value!))),
   );
 }

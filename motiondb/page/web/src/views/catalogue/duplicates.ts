@@ -1,9 +1,8 @@
 /** Groups of captures that are copies, cuts or mirror images of one another. */
 
-import { get, messageOf } from "../../api/client.ts";
-import type { DuplicatesReply } from "../../api/types.ts";
+import { get } from "../../api/client.ts";
 import { fill, h } from "../../dom/element.ts";
-import { emptyState, faultState } from "../../parts/states.ts";
+import { emptyState, showFault } from "../../parts/states.ts";
 import { interval, plural } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
 
@@ -14,9 +13,9 @@ const KINDS: Record<string, string> = {
 };
 
 export async function showDuplicates(host: HTMLElement): Promise<void> {
-  fill(host, h("p", { class: "muted" }, "Searching for copies…"));
+  fill(host, h("p.muted", "Searching for copies…"));
   try {
-    const { groups } = await get<DuplicatesReply>("/api/duplicates");
+    const { groups } = await get("/api/duplicates");
     if (groups.length === 0) {
       fill(
         host,
@@ -27,26 +26,22 @@ export async function showDuplicates(host: HTMLElement): Promise<void> {
     fill(
       host,
       h(
-        "p",
-        { class: "lead" },
+        "p.lead",
         `${plural(groups.length, "group")} of captures that show the same motion. The first of each group is the longest.`,
       ),
       groups.map((group) =>
         h(
-          "section",
-          { class: "duplicate-group" },
-          h("h3", {}, link(group.captures[0]!)),
+          "section.duplicate-group",
+          h("h3", link(group.captures[0]!)),
           h(
-            "ul",
-            { class: "plain" },
+            "ul.plain",
             group.relations.map((one) =>
               h(
                 "li",
-                {},
                 link(one.capture),
                 ` ${KINDS[one.kind] ?? one.kind} `,
                 link(one.other),
-                h("span", { class: "muted" }, ` (${interval(one.start, one.end)})`),
+                h("span.muted", ` (${interval(one.start, one.end)})`),
               ),
             ),
           ),
@@ -54,7 +49,7 @@ export async function showDuplicates(host: HTMLElement): Promise<void> {
       ),
     );
   } catch (fault) {
-    fill(host, faultState(messageOf(fault)));
+    showFault(host, fault);
   }
 }
 

@@ -1,7 +1,7 @@
 /** Editing words: the sentence of a whole capture in its row, and every caption in the panel. */
 
 import { ApiError, post, put } from "../../api/client.ts";
-import type { Caption, WordsEdited, WordsUndone } from "../../api/types.ts";
+import type { Caption, WordsEdited } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
@@ -18,26 +18,8 @@ export function withWholeWords(captions: readonly Caption[], line: string): Capt
   return [...whole, ...captions.filter((one) => one.start !== null)];
 }
 
-export interface WordsActions {
-  /**
-   * Replace all captions of a capture; resolves with the new captions, or null on failure.
-   * `before`: the captions that were edited. Where others are there now, the user is asked.
-   */
-  replace(
-    capture: string,
-    captions: readonly Caption[],
-    before: readonly Caption[],
-  ): Promise<WordsEdited | null>;
-  /** Add a caption to a part of a capture. */
-  addPart(capture: string, words: string, start: number, end: number): Promise<WordsEdited | null>;
-  undo(): Promise<void>;
-}
-
 /** Word edits, each announced with a way to undo it. */
-export function makeWordsActions(
-  context: Context,
-  edited: (capture: string, words: Caption[]) => void,
-): WordsActions {
+export function makeWordsActions(context: Context, edited: (capture: string, words: Caption[]) => void) {
   async function run(request: () => Promise<WordsEdited>): Promise<WordsEdited | null> {
     try {
       const answer = await request();
@@ -55,22 +37,18 @@ export function makeWordsActions(
   }
 
   async function undo(): Promise<void> {
-    try {
-      const answer = await post<WordsUndone>("/api/undo", {});
-      edited(answer.capture, answer.words);
-      const more = answer.captures > 1 ? ` and ${answer.captures - 1} more` : "";
-      const what = {
-        words: "edit of words",
-        tags: "edit of tags",
-        selection: "change of a selection",
-        name: "new name",
-        removal: "removal",
-      }[answer.what];
-      context.notify(`The last ${what ?? "edit"} of ${answer.capture}${more} is undone.`);
-      void context.refresh().catch(context.fail);
-    } catch (fault) {
-      context.fail(fault);
-    }
+    const answer = await post("/api/undo", {});
+    edited(answer.capture, answer.words);
+    const more = answer.captures > 1 ? ` and ${answer.captures - 1} more` : "";
+    const what = {
+      words: "edit of words",
+      tags: "edit of tags",
+      selection: "change of a selection",
+      name: "new name",
+      removal: "removal",
+    }[answer.what];
+    context.notify(`The last ${what ?? "edit"} of ${answer.capture}${more} is undone.`);
+    void context.refresh();
   }
 
   async function replace(
@@ -80,7 +58,7 @@ export function makeWordsActions(
   ): Promise<WordsEdited | null> {
     const body = { capture, words: captions };
     try {
-      const answer = await put<WordsEdited>("/api/captions", { ...body, before });
+      const answer = await put("/api/captions", { ...body, before });
       return await run(() => Promise.resolve(answer));
     } catch (fault) {
       if (!(fault instanceof ApiError && fault.kind === "ConflictError")) {
@@ -93,17 +71,24 @@ export function makeWordsActions(
         `${fault.message}\nYours: ${mine}.`,
         "Replace them by mine",
       );
-      return sure ? run(() => put<WordsEdited>("/api/captions", body)) : null;
+      return sure ? run(() => put("/api/captions", body)) : null;
     }
   }
 
   return {
+    /**
+     * Replace all captions of a capture; resolves with the new captions, or null on failure.
+     * `before`: the captions that were edited. Where others are there now, the user is asked.
+     */
     replace,
-    addPart: (capture, words, start, end) =>
-      run(() => post<WordsEdited>("/api/words", { capture, words, start, end, keep: true })),
+    /** Add a caption to a part of a capture. */
+    addPart: (capture: string, words: string, start: number, end: number) =>
+      run(() => post("/api/words", { capture, words, start, end, keep: true })),
     undo,
   };
 }
+
+export type WordsActions = ReturnType<typeof makeWordsActions>;
 
 /** Whether words are being typed somewhere in an element: it must not be drawn again then. */
 export function isEditing(element: HTMLElement): boolean {
@@ -119,8 +104,7 @@ export function editInPlace(
   done: () => void,
 ): void {
   let finished = false;
-  const input = h("input", {
-    class: "in-place",
+  const input = h("input.in-place", {
     value,
     "aria-label": label,
     placeholder: "a person walks; walking",
@@ -148,31 +132,23 @@ export function editInPlace(
   input.setSelectionRange(0, value.length, "backward"); // of a long line the beginning is seen
 }
 
-export interface CaptionList {
-  readonly element: HTMLElement;
-  show(capture: string, captions: readonly Caption[], canEdit: boolean): void;
-}
-
 /** The captions of one capture: each can be changed, removed, or played. */
-export function makeCaptionList(
-  actions: WordsActions,
-  play: (start: number, end: number) => void,
-): CaptionList {
-  const element = h("div", { class: "captions" });
+export function makeCaptionList(actions: WordsActions, play: (start: number, end: number) => void) {
+  const element = h("div.captions");
   let shown = "";
 
   function row(capture: string, captions: readonly Caption[], index: number, canEdit: boolean): HTMLElement {
     const caption = captions[index]!;
     const { start, end, words } = caption;
     const others = captions.filter((_, i) => i !== index);
-    const cell = h("div", { class: "caption-words" });
+    const cell = h("div.caption-words");
     const reset = (): void =>
       fill(
         cell,
         canEdit
           ? h(
-              "button",
-              { class: "words-button", type: "button", title: "Edit these words", on: { click: begin } },
+              "button.words-button",
+              { type: "button", title: "Edit these words", on: { click: begin } },
               words,
             )
           : words,
@@ -194,7 +170,7 @@ export function makeCaptionList(
     reset();
     const when =
       start === null || end === null
-        ? h("span", { class: "muted" }, "whole")
+        ? h("span.muted", "whole")
         : button("time", `${start.toFixed(2)}–${end.toFixed(2)}`, () => play(start, end), {
             title: "Play this part",
           });
@@ -204,26 +180,24 @@ export function makeCaptionList(
           title: "Remove",
         })
       : null;
-    return h("li", { class: "caption" }, when, cell, removal);
+    return h("li.caption", when, cell, removal);
   }
 
   return {
     element,
-    show(capture, captions, canEdit) {
+    show(capture: string, captions: readonly Caption[], canEdit: boolean): void {
       const former = element.querySelector<HTMLInputElement>("form input");
       const typed = shown === capture ? (former?.value ?? "") : "";
       const focused = former !== null && document.activeElement === former;
       shown = capture;
-      const input = h("input", {
-        class: "field",
+      const input = h("input.field", {
         "aria-label": "Words of the whole capture",
         placeholder: "Say what happens in this capture",
         value: typed,
       });
       const form = h(
-        "form",
+        "form.row",
         {
-          class: "row",
           on: {
             submit: (event) => {
               event.preventDefault();
@@ -237,17 +211,16 @@ export function makeCaptionList(
           },
         },
         input,
-        h("button", { class: "button plain", type: "submit" }, "Add words"),
+        h("button.button.plain", { type: "submit" }, "Add words"),
       );
       fill(
         element,
         captions.length > 0
           ? h(
-              "ul",
-              { class: "plain" },
+              "ul.plain",
               captions.map((_, i) => row(capture, captions, i, canEdit)),
             )
-          : h("p", { class: "muted" }, "Nobody has written about this capture yet."),
+          : h("p.muted", "Nobody has written about this capture yet."),
         canEdit ? form : null,
       );
       if (focused && canEdit) input.focus();

@@ -1,45 +1,37 @@
 /** Values to filter by, with how many captures have each. */
 
+import { makeLatest } from "../../api/latest.ts";
 import { get } from "../../api/client.ts";
 import type { FacetRow, FacetsReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { combine, type Pick } from "./filter.ts";
 
-export interface Facets {
-  readonly element: HTMLElement;
-  load(typed: string, picks: readonly Pick[]): Promise<void>;
-  /** The columns and tags that are offered, with or without values to choose from. */
-  columns(): string[];
-}
-
 const SHOWN = 8;
 
-export function makeFacets(toggle: (pick: Pick) => void): Facets {
-  const element = h("div", { class: "facets" });
+export function makeFacets(toggle: (pick: Pick) => void) {
+  const element = h("div.facets");
   const opened = new Set<string>();
-  let asked = 0;
+  const latest = makeLatest();
 
   function group(facet: FacetRow, picks: readonly Pick[]): HTMLElement {
-    const picked = (where: string | null): boolean =>
+    const picked = (where: string): boolean =>
       picks.some((pick) => pick.column === facet.column && pick.where === where);
     const shown = opened.has(facet.column) ? facet.values : facet.values.slice(0, SHOWN);
     const rest = facet.values.length - shown.length;
     return h(
-      "fieldset",
-      { class: "facet" },
-      h("legend", {}, facet.column),
+      "fieldset.facet",
+      h("legend", facet.column),
       shown.map(({ value, count, where }) =>
         h(
-          "label",
-          { class: "facet-value" },
+          "label.facet-value",
           h("input", {
             type: "checkbox",
             checked: picked(where),
-            on: { change: () => where && toggle({ column: facet.column, where }) },
+            on: { change: () => toggle({ column: facet.column, where }) },
           }),
-          h("span", { class: "facet-name", title: value }, value),
-          h("span", { class: "count" }, count),
+          h("span.facet-name", { title: value }, value),
+          h("span.count", count),
         ),
       ),
       rest > 0
@@ -48,7 +40,7 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
             void show();
           })
         : null,
-      facet.more > 0 ? h("p", { class: "muted" }, `and ${facet.more} rarer`) : null,
+      facet.more > 0 ? h("p.muted", `and ${facet.more} rarer`) : null,
     );
   }
 
@@ -69,17 +61,15 @@ export function makeFacets(toggle: (pick: Pick) => void): Facets {
 
   return {
     element,
+    /** The columns and tags that are offered, with or without values to choose from. */
     columns: () => last?.facets.map(({ column }) => column) ?? [],
-    async load(typed, picks) {
-      asked += 1;
-      const mine = asked;
+    async load(typed: string, picks: readonly Pick[]): Promise<void> {
       const ask = (without = ""): Promise<FacetsReply> =>
         get("/api/facets", { where: combine(typed, picks, without) });
       // A column with picks shows how many captures its other values have: its facets are requested
       // without its picks.
       const columns = [...new Set(picks.map((pick) => pick.column))];
-      const [all, ...own] = await Promise.all([ask(), ...columns.map(ask)]);
-      if (mine !== asked) return;
+      const [all, ...own] = await latest(Promise.all([ask(), ...columns.map(ask)]));
       const facets = all!.facets.map((facet) => {
         const at = columns.indexOf(facet.column);
         return at < 0 ? facet : (own[at]!.facets.find((one) => one.column === facet.column) ?? facet);

@@ -8,6 +8,9 @@ export interface Pick {
 
 const SEPARATOR = "|";
 
+/** A value as filters write it; a quote in it is written twice. */
+export const quoted = (value: string): string => `"${value.replaceAll('"', '""')}"`;
+
 export function readPicks(parameters: URLSearchParams): Pick[] {
   return parameters.getAll("pick").flatMap((text) => {
     const at = text.indexOf(SEPARATOR);

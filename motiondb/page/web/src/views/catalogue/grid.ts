@@ -20,10 +20,10 @@ export function makeGrid(options: Omit<TableOptions, "onSort" | "onEdit" | "canE
   const pickRange = makeRangePick(rows, options);
   /** What a row of cards shows: while it is the same, the cards stay, and with them the focus. */
   const shown = new WeakMap<HTMLElement, readonly unknown[]>();
-  const body = h("div", { class: "grid-body" });
+  const body = h("div.grid-body");
   const element = h(
-    "div",
-    { class: "table grid", role: "list", "aria-label": "Captures as previews", tabindex: -1 },
+    "div.table.grid",
+    { role: "list", "aria-label": "Captures as previews", tabindex: -1 },
     body,
   );
 
@@ -31,8 +31,7 @@ export function makeGrid(options: Omit<TableOptions, "onSort" | "onEdit" | "canE
     const capture = rows.at(index);
     if (!capture) return null;
     const scale = Math.min(devicePixelRatio, 2);
-    const canvas = h("canvas", {
-      class: "preview",
+    const canvas = h("canvas.preview", {
       width: PREVIEW.width * scale,
       height: PREVIEW.height * scale,
       "aria-hidden": "true",
@@ -61,19 +60,18 @@ export function makeGrid(options: Omit<TableOptions, "onSort" | "onEdit" | "canE
         },
       },
       h(
-        "button",
+        "button.card-open",
         {
-          class: "card-open",
           type: "button",
           title: words,
           "data-name": capture.name,
           on: { click: () => options.onChoose(capture.name) },
         },
         canvas,
-        h("span", { class: "capture-name" }, capture.name),
-        h("span", { class: "card-words" }, words),
+        h("span.capture-name", capture.name),
+        h("span.card-words", words),
       ),
-      h("span", { class: "card-length" }, seconds(capture.duration)),
+      h("span.card-length", seconds(capture.duration)),
       box,
     );
   }
@@ -88,7 +86,7 @@ export function makeGrid(options: Omit<TableOptions, "onSort" | "onEdit" | "canE
     viewport: element,
     body,
     rowHeight: ROW,
-    make: () => h("div", { class: "card-row", role: "presentation" }),
+    make: () => h("div.card-row", { role: "presentation" }),
     render(row, index) {
       const end = Math.min((index + 1) * columns, rows.total);
       const captures = Array.from({ length: end - index * columns }, (_, i) => rows.at(index * columns + i));
@@ -99,9 +97,7 @@ export function makeGrid(options: Omit<TableOptions, "onSort" | "onEdit" | "canE
         return;
       }
       shown.set(row, now);
-      const cards = captures.map(
-        (_, i) => card(index * columns + i) ?? h("div", { class: "card", role: "listitem" }),
-      );
+      const cards = captures.map((_, i) => card(index * columns + i) ?? h("div.card", { role: "listitem" }));
       row.style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;
       fill(row, cards);
     },

@@ -1,7 +1,8 @@
 /** Learn again, and say when that is worth it. */
 
+import { named, numberField } from "../../dom/fields.ts";
 import { post } from "../../api/client.ts";
-import type { JobReply, Status } from "../../api/types.ts";
+import type { Status } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
 import { openForm } from "../../parts/asking.ts";
 import { plural } from "../../parts/text.ts";
@@ -30,20 +31,12 @@ function usualStart(status: Status): string {
 /** Ask for the settings, then start. */
 export function openLearning(context: Context): void {
   const status = context.status();
-  const symbols = h("input", {
-    type: "number",
-    class: "number",
-    id: "symbols",
-    min: 2,
-    max: 1000,
-    step: 1,
-    placeholder: "auto",
-  });
-  const seed = h("input", { type: "number", class: "number", id: "learn-seed", min: 0, step: 1, value: 0 });
+  const symbols = numberField("symbols", 2, { max: 1000, placeholder: "auto" });
+  const seed = numberField("learn-seed", 0, { value: 0 });
   const usual = usualStart(status);
   const start = h(
-    "select",
-    { class: "field", id: "learn-start", on: { change: () => showStart() } },
+    "select.field",
+    { id: "learn-start", on: { change: () => showStart() } },
     h("option", { value: "none", selected: usual === "none" }, "these captions only"),
     status.starts.map(({ name, words, captions }) =>
       h(
@@ -53,7 +46,7 @@ export function openLearning(context: Context): void {
       ),
     ),
   );
-  const credit = h("p", { class: "small muted" });
+  const credit = h("p.small.muted");
 
   function showStart(): void {
     const chosen = status.starts.find(({ name }) => name === start.value);
@@ -66,37 +59,27 @@ export function openLearning(context: Context): void {
   const content = [
     h(
       "p",
-      {},
       `The motion of ${plural(status.captures, "capture")} is cut into movements. `,
       described > 0
         ? `Words are learned from the captions of ${plural(described, "capture")}. `
         : "Nobody has written about them yet, so the words must come from the captions of others. ",
       status.learned ? "What was learned before is replaced when this is done, not earlier." : null,
     ),
-    h("div", { class: "form-grid" }, h("label", { for: "learn-start" }, "Learn from"), start),
+    h("div.form-grid", named("Learn from", start)),
     credit,
     h(
       "details",
-      {},
-      h("summary", {}, "Settings"),
+      h("summary", "Settings"),
+      h("div.form-grid", named("Number of movements", symbols), named("Seed", seed)),
       h(
-        "div",
-        { class: "form-grid" },
-        h("label", { for: "symbols" }, "Number of movements"),
-        symbols,
-        h("label", { for: "learn-seed" }, "Seed"),
-        seed,
-      ),
-      h(
-        "p",
-        { class: "small muted" },
+        "p.small.muted",
         "Without a number, it is chosen from the data. The same seed gives the same result.",
       ),
     ),
   ];
   showStart();
   openForm("Learn", content, "Learn", () =>
-    post<JobReply>("/api/learn", {
+    post("/api/learn", {
       symbols: symbols.value ? symbols.valueAsNumber : null,
       seed: seed.valueAsNumber || 0,
       start: start.value,

@@ -1,7 +1,7 @@
 /** Several captures at once: which are chosen, and what is done with them. */
 
-import { isAbort, post } from "../../api/client.ts";
-import type { CapturesChanged, Part } from "../../api/types.ts";
+import { post } from "../../api/client.ts";
+import type { Part } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { askLine, askWhether } from "../../parts/asking.ts";
@@ -19,7 +19,7 @@ import type { TableOptions } from "./table.ts";
  */
 export function makeRangePick(
   rows: Pick<Rows, "names">,
-  options: Pick<TableOptions, "onPick" | "failed">,
+  options: Pick<TableOptions, "onPick">,
 ): (index: number, isRange: boolean, on: boolean) => Promise<void> {
   let last = 0;
   return async (index, isRange, on) => {
@@ -29,7 +29,7 @@ export function makeRangePick(
       options.onPick(await rows.names(low, high), on);
     } catch (fault) {
       options.onPick([], on); // the box shows again that it is not selected
-      if (!isAbort(fault)) options.failed(fault);
+      throw fault;
     }
   };
 }
@@ -57,8 +57,8 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
   const count = h("span", { role: "status" });
   const canWrite = !context.status().read_only;
   const element = h(
-    "div",
-    { class: "selection-bar", role: "region", "aria-label": "Selected captures", hidden: true },
+    "div.selection-bar",
+    { role: "region", "aria-label": "Selected captures", hidden: true },
     count,
     button("link", "Select all", async () => set(await options.all(), true)),
     canWrite
@@ -114,8 +114,12 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
     if (gone.length > 0) set(gone, false);
   }
 
-  async function change(path: string, body: object, done: string): Promise<void> {
-    const { changed } = await post<CapturesChanged>(`/api/captures/${path}`, body);
+  async function change(
+    path: "remove" | "rename" | "tags" | "words",
+    body: object,
+    done: string,
+  ): Promise<void> {
+    const { changed } = await post(`/api/captures/${path}`, body);
     context.notify(
       changed.length > 0 ? `${done} of ${plural(changed.length, "capture")}.` : "Nothing had to be changed.",
       changed.length > 0 ? { label: "Undo", run: () => void options.undo() } : undefined,
@@ -157,20 +161,12 @@ export function makePicking(context: Context, options: PickingOptions): Picking 
       "Remove",
     );
     if (!sure) return;
-    try {
-      await change("remove", { captures: names() }, "Removal");
-      clear();
-    } catch (fault) {
-      context.fail(fault);
-    }
+    await change("remove", { captures: names() }, "Removal");
+    clear();
   }
 
   async function save(format: FileFormat): Promise<void> {
-    try {
-      await download(refs(), format);
-    } catch (fault) {
-      context.fail(fault);
-    }
+    await download(refs(), format);
   }
 
   return { element, has: (name) => chosen.has(name), set, clear, check };

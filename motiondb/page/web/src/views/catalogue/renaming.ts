@@ -1,5 +1,6 @@
 /** Ask for new names: one for a capture, or a pattern for several. */
 
+import { named } from "../../dom/fields.ts";
 import { h } from "../../dom/element.ts";
 import { openForm } from "../../parts/asking.ts";
 import { plural } from "../../parts/text.ts";
@@ -38,10 +39,10 @@ export function askNames(names: readonly string[], run: (body: Renaming) => Prom
   const several = names.length > 1;
   const pattern = several ? commonPattern(names) : only!;
   const field = (id: string): HTMLInputElement =>
-    h("input", { class: "field wide", id, required: true, value: pattern, spellcheck: false });
+    h("input.field.wide", { id, required: true, value: pattern, spellcheck: false });
   const [old, fresh] = [field("old-names"), field("new-names")];
   fresh.autofocus = true;
-  const shown = h("p", { class: "small muted", role: "status" });
+  const shown = h("p.small.muted", { role: "status" });
 
   function show(): void {
     if (!several) return;
@@ -63,9 +64,8 @@ export function askNames(names: readonly string[], run: (body: Renaming) => Prom
   const content = [
     several
       ? [
-          h("p", { class: "muted" }, `${plural(names.length, "capture")}. ${ANY} stands for any letters.`),
-          h("label", { for: "old-names" }, "Names like"),
-          old,
+          h("p.muted", `${plural(names.length, "capture")}. ${ANY} stands for any letters.`),
+          named("Names like", old),
         ]
       : null,
     h("label", { for: "new-names" }, several ? "become" : `The new name of ${only}`),

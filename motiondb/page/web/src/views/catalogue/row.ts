@@ -38,15 +38,14 @@ const OWN_COLUMN = new Set(["performer", "licence"]);
 
 export function makeRow(): RowParts {
   const scale = Math.min(devicePixelRatio, 2);
-  const thumb = h("canvas", {
-    class: "thumb",
+  const thumb = h("canvas.thumb", {
     width: THUMB.width * scale,
     height: THUMB.height * scale,
     "aria-hidden": "true",
   });
   const cells = COLUMNS.map(({ kind }) => h("div", { role: "gridcell", class: `cell cell-${kind}` }));
   cells[0]!.append(thumb);
-  return { row: h("div", { role: "row", class: "row-capture", tabindex: -1 }, cells), thumb, cells };
+  return { row: h("div.row-capture", { role: "row", tabindex: -1 }, cells), thumb, cells };
 }
 
 /** The captions of the whole capture, as they are written into one line. */
@@ -94,8 +93,7 @@ export function showRow(
   fill(
     name,
     h(
-      "label",
-      { class: "check" },
+      "label.check",
       h("input", {
         type: "checkbox",
         tabindex: -1,
@@ -103,7 +101,7 @@ export function showRow(
         "data-pick": capture.name,
         "aria-label": `Select ${capture.name}`,
       }),
-      h("span", { class: "capture-name" }, breakable(capture.name)),
+      h("span.capture-name", breakable(capture.name)),
     ),
     badges(capture, options),
   );
@@ -116,8 +114,8 @@ export function showRow(
   fill(tags, [
     ...others
       .slice(0, others.length > 2 ? 1 : 2)
-      .map(([key, value], i) => h("span", { class: "tag", title: said[i]! }, `${key}: ${value}`)),
-    others.length > 2 ? h("span", { class: "tag" }, `${others.length - 1} more`) : null,
+      .map(([key, value], i) => h("span.tag", { title: said[i]! }, `${key}: ${value}`)),
+    others.length > 2 ? h("span.tag", `${others.length - 1} more`) : null,
   ]);
   licence.textContent = capture.tags["licence"] ?? "unknown";
   licence.title = capture.tags["licence"] ?? "The licence of this capture is not known.";
@@ -133,9 +131,8 @@ function badges(capture: CaptureRow, options: { learned: boolean }): HTMLElement
   for (const note of capture.notes)
     marks.push([/replaced|interpolated/.test(note) ? "repaired" : "to check", onPage(note)]);
   return h(
-    "span",
-    { class: "badges" },
-    marks.map(([text, title]) => h("span", { class: "badge", title }, text)),
+    "span.badges",
+    marks.map(([text, title]) => h("span.badge", { title }, text)),
   );
 }
 
@@ -145,14 +142,13 @@ function wordsOf(capture: CaptureRow, canEdit: boolean): Node {
   const text = [
     h("span", { class: whole ? "" : "muted" }, whole || (parts.length > 0 ? "" : "no words")),
     parts.length > 0
-      ? h("span", { class: "muted" }, whole ? " · " : "", plural(parts.length, "caption"), " of parts")
+      ? h("span.muted", whole ? " · " : "", plural(parts.length, "caption"), " of parts")
       : null,
   ];
-  if (!canEdit) return h("span", { class: "words-text", title: whole }, text);
+  if (!canEdit) return h("span.words-text", { title: whole }, text);
   return h(
-    "button",
+    "button.words-button",
     {
-      class: "words-button",
       type: "button",
       tabindex: -1,
       "data-edit": "words",

@@ -1,99 +1,77 @@
 /** The rows of the catalogue, asked for page by page as they come into sight. */
 
-import { get, isAbort } from "../../api/client.ts";
-import type { CapturePage, CaptureRow } from "../../api/types.ts";
+import { get } from "../../api/client.ts";
+import type { CaptureRow } from "../../api/types.ts";
 
 const PAGE = 100;
 /** The largest page that the server gives. */
 const MOST = 1000;
 
-export interface Rows {
-  readonly total: number;
-  at(index: number): CaptureRow | null;
-  /** Ask for the rows of a range that are not there yet. */
-  want(start: number, end: number): void;
-  /** Begin again with a filter and an order; resolves when the first page is there. */
-  ask(where: string, sort: string, find?: string): Promise<void>;
-  /** The number of the row that was asked for by name; null: it is not among these. */
-  readonly found: number | null;
-  /** The index of a capture among the rows that are there, or -1. */
-  find(name: string): number;
-  /** The names of a range of rows, both ends included, also of those that have not arrived. */
-  names(low: number, high: number): Promise<string[]>;
-  /** The tags of the rows that are there. */
-  tags(): string[];
-  /** Replace a row that was edited. */
-  replace(row: CaptureRow): void;
-}
-
-/** `arrived` is called when rows came; `failed` when they could not. */
-export function makeRows(arrived: () => void, failed: (fault: unknown) => void): Rows {
-  let pages = new Map<number, CaptureRow[] | "asked">();
-  let total = 0;
-  let where = "";
-  let sort = "name";
+/** `arrived` is called when rows came. */
+export function makeRows(arrived: () => void) {
+  let held = {
+    where: "",
+    sort: "name",
+    total: 0,
+    /** The place of the row that was looked for. */
+    found: null as number | null,
+    pages: new Map<number, CaptureRow[] | "asked">(),
+  };
   let current = new AbortController();
 
-  let found: number | null = null;
-
   async function load(page: number): Promise<void> {
-    const signal = current.signal;
-    pages.set(page, "asked");
-    const answer = await get<CapturePage>(
-      "/api/captures",
-      { where, sort, offset: page * PAGE, limit: PAGE },
-      signal,
-    );
-    if (signal.aborted) return;
-    total = answer.total;
-    pages.set(page, answer.captures);
+    const [mine, { signal }] = [held, current];
+    const { where, sort } = mine;
+    mine.pages.set(page, "asked");
+    const query = { where, sort, offset: page * PAGE, limit: PAGE };
+    try {
+      const answer = await get("/api/captures", query, signal);
+      mine.total = answer.total;
+      mine.pages.set(page, answer.captures);
+      if (mine === held) arrived();
+    } catch (fault) {
+      mine.pages.delete(page);
+      throw fault;
+    }
   }
 
   function at(index: number): CaptureRow | null {
-    const page = pages.get(Math.floor(index / PAGE));
+    const page = held.pages.get(Math.floor(index / PAGE));
     return page && page !== "asked" ? (page[index % PAGE] ?? null) : null;
   }
 
   return {
     at,
-    get total() {
-      return total;
+    get total(): number {
+      return held.total;
     },
-    want(start, end) {
+    /** Ask for the rows of a range that are not there yet. */
+    want(start: number, end: number): void {
       for (let page = Math.floor(start / PAGE); page * PAGE < end; page += 1) {
-        if (pages.has(page)) continue;
-        const asked = pages;
-        load(page).then(arrived, (fault: unknown) => {
-          asked.delete(page);
-          if (!isAbort(fault)) failed(fault);
-        });
+        if (!held.pages.has(page)) void load(page);
       }
     },
     get found() {
-      return found;
+      return held.found;
     },
-    async ask(nextWhere, nextSort, find) {
+    /** Begin again with a filter and an order; resolves when the first page is there. */
+    async ask(where: string, sort: string, find?: string): Promise<void> {
       current.abort();
       current = new AbortController();
-      const { signal } = current;
-      const query = { where: nextWhere, sort: nextSort, offset: 0, limit: PAGE, find };
-      const answer = await get<CapturePage>("/api/captures", query, signal); // the rows stay meanwhile
-      if (signal.aborted) return;
-      where = nextWhere;
-      sort = nextSort;
-      total = answer.total;
-      found = find ? (answer.found ?? null) : null;
-      pages = new Map([[0, answer.captures]]);
+      const query = { where, sort, offset: 0, limit: PAGE, find };
+      const { total, found, captures } = await get("/api/captures", query, current.signal); // the rows stay meanwhile
+      held = { where, sort, total, found: find ? (found ?? null) : null, pages: new Map([[0, captures]]) };
     },
-    find(name) {
-      for (const [page, rows] of pages) {
+    find(name: string): number {
+      for (const [page, rows] of held.pages) {
         if (rows === "asked") continue;
         const at = rows.findIndex((row) => row.name === name);
         if (at >= 0) return page * PAGE + at;
       }
       return -1;
     },
-    async names(low, high) {
+    /** The names of a range of rows, both ends included, also of those that have not arrived. */
+    async names(low: number, high: number): Promise<string[]> {
       const names: string[] = [];
       for (let i = low; i <= high; i += 1) {
         const row = at(i);
@@ -104,18 +82,21 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
       while (names.length <= high - low) {
         const offset = low + names.length;
         const limit = Math.min(high - offset + 1, MOST);
-        const page = await get<CapturePage>("/api/captures", { where, sort, offset, limit }, current.signal);
+        const query = { where: held.where, sort: held.sort, offset, limit };
+        const page = await get("/api/captures", query, current.signal);
         if (page.captures.length === 0) break; // fewer are left by now
         names.push(...page.captures.map((row) => row.name));
       }
       return names;
     },
+    /** The tags of the rows that are there. */
     tags: () =>
-      [...pages.values()].flatMap((page) =>
+      [...held.pages.values()].flatMap((page) =>
         page === "asked" ? [] : page.flatMap((row) => Object.keys(row.tags)),
       ),
-    replace(row) {
-      for (const rows of pages.values()) {
+    /** Replace a row that was edited. */
+    replace(row: CaptureRow): void {
+      for (const rows of held.pages.values()) {
         if (rows === "asked") continue;
         const at = rows.findIndex((one) => one.name === row.name);
         if (at >= 0) rows[at] = row;
@@ -123,3 +104,5 @@ export function makeRows(arrived: () => void, failed: (fault: unknown) => void):
     },
   };
 }
+
+export type Rows = ReturnType<typeof makeRows>;

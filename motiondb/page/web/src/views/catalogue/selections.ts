@@ -1,32 +1,23 @@
 /** The selections that the database keeps: what each holds, to be played, taken out and downloaded. */
 
-import { bytes, get, messageOf, post, remove } from "../../api/client.ts";
-import type {
-  CapturesChanged,
-  PlayablePart,
-  SelectionReply,
-  SelectionRow,
-  SelectionsReply,
-} from "../../api/types.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { bytes, get, post, remove } from "../../api/client.ts";
+import type { CapturesChanged, PlayablePart, SelectionRow } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
 import { downloadMenu, saveBlob, type FileFormat } from "../../parts/download.ts";
 import { tellChanged } from "../../parts/selecting.ts";
-import { emptyState, faultState } from "../../parts/states.ts";
+import { emptyState, showFault } from "../../parts/states.ts";
 import { interval, plural, seconds } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
+import { quoted } from "./filter.ts";
 
-export interface Selections {
-  /** Show them in an element, now and when the database has changed. */
-  show(host: HTMLElement): Promise<void>;
-}
-
-export function makeSelections(context: Context): Selections {
+export function makeSelections(context: Context) {
   const opened = new Set<string>();
   const canWrite = !context.status().read_only;
-  let asked = 0;
+  const latest = makeLatest();
   /** The selection whose head takes the focus after it was changed. */
   let changed = "";
 
@@ -41,12 +32,8 @@ export function makeSelections(context: Context): Selections {
   }
 
   async function save(name: string, format: FileFormat): Promise<void> {
-    try {
-      const data = await bytes("/api/selection/pack", { name, format });
-      saveBlob(`${name}.zip`, new Blob([data], { type: "application/zip" }));
-    } catch (fault) {
-      context.fail(fault);
-    }
+    const data = await bytes("/api/selection/pack", { name, format });
+    saveBlob(`${name}.zip`, new Blob([data], { type: "application/zip" }));
   }
 
   function partRow(name: string, part: PlayablePart): HTMLElement {
@@ -58,14 +45,13 @@ export function makeSelections(context: Context): Selections {
       void change(
         name,
         `${capture} is taken out of “${name}”.`,
-        post<CapturesChanged>("/api/selection/take", { name, items: [{ ref, start, end }] }),
+        post("/api/selection/take", { name, items: [{ ref, start, end }] }),
       );
     return h(
-      "li",
-      { class: "selected-part" },
+      "li.selected-part",
       h("a", { href: routeTo("catalogue", { show: "selections", capture, ...place }) }, capture),
-      h("span", { class: "muted" }, when),
-      h("span", { class: "muted small" }, `licence ${part.licence}`),
+      h("span.muted", when),
+      h("span.muted.small", `licence ${part.licence}`),
       canWrite
         ? button("tool", icon("close"), take, {
             "aria-label": `Take ${capture}, ${when}, out of ${name}`,
@@ -77,33 +63,32 @@ export function makeSelections(context: Context): Selections {
 
   async function fillParts(list: HTMLElement, name: string): Promise<void> {
     try {
-      const { parts } = await get<SelectionReply>("/api/selection", { name });
+      const { parts } = await get("/api/selection", { name });
       fill(
         list,
         parts.map((part) => partRow(name, part)),
       );
     } catch (fault) {
-      fill(list, faultState(messageOf(fault)));
+      showFault(list, fault);
     }
   }
 
   function section(row: SelectionRow): HTMLElement {
     const name = row.selection;
-    const list = h("ul", { class: "plain" });
+    const list = h("ul.plain");
     const about = `${plural(row.parts, "part")} of ${plural(row.captures, "capture")}, ${seconds(row.seconds)}`;
-    const summary = h("summary", {}, h("strong", {}, name), " ", h("span", { class: "muted" }, about));
+    const summary = h("summary", h("strong", name), " ", h("span.muted", about));
     const forget = (): void =>
       void change(name, `“${name}” is removed; its captures stay.`, remove("/api/selection", { name }));
     const details = h(
-      "details",
-      { class: "kept-selection", open: opened.has(name) },
+      "details.kept-selection",
+      { open: opened.has(name) },
       summary,
       h(
-        "div",
-        { class: "row" },
+        "div.row",
         h(
-          "a",
-          { class: "button plain", href: routeTo("catalogue", { where: `selection="${name}"` }) },
+          "a.button.plain",
+          { href: routeTo("catalogue", { where: `selection=${quoted(name)}` }) },
           "Filter by it",
         ),
         downloadMenu("Download", context.status().writes, (format) => void save(name, format)),
@@ -122,12 +107,10 @@ export function makeSelections(context: Context): Selections {
   }
 
   return {
-    async show(host) {
-      asked += 1;
-      const mine = asked;
+    /** Show them in an element, now and when the database has changed. */
+    async show(host: HTMLElement): Promise<void> {
       try {
-        const { selections } = await get<SelectionsReply>("/api/selections");
-        if (mine !== asked) return;
+        const { selections } = await latest(get("/api/selections"));
         if (selections.length === 0) {
           const how =
             "Select captures here or answers of a search, then “Add to a selection…” in the bar at the bottom.";
@@ -135,13 +118,15 @@ export function makeSelections(context: Context): Selections {
           return;
         }
         if (selections.length === 1) opened.add(selections[0]!.selection);
-        fill(host, h("h2", { class: "hidden-heading" }, "Selections"), selections.map(section));
+        fill(host, h("h2.hidden-heading", "Selections"), selections.map(section));
         const at = selections.findIndex((row) => row.selection === changed);
         if (at >= 0) host.querySelectorAll<HTMLElement>(".kept-selection > summary")[at]?.focus();
         changed = "";
       } catch (fault) {
-        if (mine === asked) fill(host, faultState(messageOf(fault)));
+        showFault(host, fault);
       }
     },
   };
 }
+
+export type Selections = ReturnType<typeof makeSelections>;

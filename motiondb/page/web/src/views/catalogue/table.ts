@@ -35,7 +35,6 @@ export interface TableOptions {
   isPicked(name: string): boolean;
   /** Captures were selected, or not any more. */
   onPick(names: readonly string[], picked: boolean): void;
-  failed(fault: unknown): void;
 }
 
 /** Columns and tags that do not stand in the column of tags. */
@@ -54,15 +53,15 @@ export function makeTable(options: TableOptions): Table {
     h(
       "div",
       { role: "columnheader", class: `cell cell-${kind}` },
-      by ? h("button", { type: "button", class: "sort", on: { click: () => sortBy(by) } }, title) : title,
+      by ? h("button.sort", { type: "button", on: { click: () => sortBy(by) } }, title) : title,
     ),
   );
-  const head = h("div", { role: "row", class: "table-head", "aria-rowindex": 1 }, heads);
-  const body = h("div", { role: "rowgroup", class: "table-body" });
+  const head = h("div.table-head", { role: "row", "aria-rowindex": 1 }, heads);
+  const body = h("div.table-body", { role: "rowgroup" });
   const element = h(
-    "div",
-    { class: "table", role: "grid", "aria-label": "Captures", "aria-colcount": COLUMNS.length, tabindex: 0 },
-    h("div", { role: "rowgroup", class: "table-head-group" }, head),
+    "div.table",
+    { role: "grid", "aria-label": "Captures", "aria-colcount": COLUMNS.length, tabindex: 0 },
+    h("div.table-head-group", { role: "rowgroup" }, head),
     body,
   );
 

@@ -11,14 +11,6 @@ import {
   type Sketch,
 } from "../../player/painter.ts";
 
-export interface Thumbs {
-  /** Show the figure of a capture on a canvas; null clears it. */
-  show(canvas: HTMLCanvasElement, capture: string | null): void;
-  /** Let a figure move, or stand; only where all stand until they are pointed at. */
-  move(canvas: HTMLCanvasElement, moving: boolean): void;
-  close(): void;
-}
-
 /** Seconds from which a motion plays; a shorter one would flicker, so it stands. */
 const SHORTEST = 0.5;
 /** Pictures per second: enough for a thumbnail. */
@@ -31,7 +23,7 @@ const pencilOf = (canvas: HTMLCanvasElement): CanvasRenderingContext2D | null =>
   canvas.getContext("2d", { willReadFrequently: true });
 
 /** `still`: the figures stand until they are pointed at. `resting`: whether all are to stand still. */
-export function makeThumbs(motions: Motions, resting: () => boolean, still = false): Thumbs {
+export function makeThumbs(motions: Motions, resting: () => boolean, still = false) {
   const moving = new Set<HTMLCanvasElement>();
   const wanted = new Map<HTMLCanvasElement, string>();
   const sketches = new Map<HTMLCanvasElement, Sketch>();
@@ -74,7 +66,8 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
   void whenDressed().then(recolour);
 
   return {
-    show(canvas, capture) {
+    /** Show the figure of a capture on a canvas; null clears it. */
+    show(canvas: HTMLCanvasElement, capture: string | null): void {
       if (capture !== null && wanted.get(canvas) === capture) return;
       sketches.delete(canvas);
       pencilOf(canvas)?.clearRect(0, 0, canvas.width, canvas.height);
@@ -93,16 +86,19 @@ export function makeThumbs(motions: Motions, resting: () => boolean, still = fal
         () => undefined, // a row without a figure is still a row
       );
     },
-    move(canvas, on) {
+    /** Let a figure move, or stand; only where all stand until they are pointed at. */
+    move(canvas: HTMLCanvasElement, on: boolean): void {
       if (on) moving.add(canvas);
       else if (moving.delete(canvas) && still) {
         const sketch = sketches.get(canvas);
         if (sketch) stand(canvas, sketch);
       }
     },
-    close() {
+    close(): void {
       closed = true;
       DARK.removeEventListener("change", recolour);
     },
   };
 }
+
+export type Thumbs = ReturnType<typeof makeThumbs>;

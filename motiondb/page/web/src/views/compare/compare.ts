@@ -1,17 +1,19 @@
 /** Compare: two to four parts on one clock and one ground, and how far their poses are apart. */
 
+import { choice, named } from "../../dom/fields.ts";
+import { isAbort } from "../../api/client.ts";
+import { makeLatest } from "../../api/latest.ts";
 import { REDUCED } from "../../dom/wishes.ts";
-import { messageOf } from "../../api/client.ts";
 import type { BodyTrack } from "../../api/container.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
-import { emptyState, faultState } from "../../parts/states.ts";
+import { emptyState, showFault } from "../../parts/states.ts";
 import { interval } from "../../parts/text.ts";
 import { rgbOf } from "../../parts/tint.ts";
 import { makePlayer } from "../../player/player.ts";
 import { spanOf } from "../../player/screen.ts";
-import { amend, go, rewrite, routeTo } from "../../shell/router.ts";
+import { amend, go, partOf, rewrite, routeTo } from "../../shell/router.ts";
 import type { Lane } from "../../timeline/lanes.ts";
 import { makeTimeline, type Interval, type Timeline } from "../../timeline/timeline.ts";
 import type { Context, OpenView } from "../view.ts";
@@ -53,55 +55,44 @@ const nameOf = (ref: string): string => ref.slice(ref.indexOf(":") + 1);
 
 export function open(host: HTMLElement, context: Context): OpenView {
   let wanted: Comparison = { parts: [], at: "middle", overlaid: false, time: null };
-  let asked = "";
-  let loads = 0;
+  let asked: string | null = null;
+  const latest = makeLatest();
   let timer = 0;
   let bodies: BodyTrack[] = [];
   let timeline: Timeline | null = null;
 
   const player = makePlayer(context.stage, { label: "The comparison" });
   const curves = makeCurves();
-  const list = h("ol", { class: "plain compare-parts", "aria-label": "Compared parts" });
-  const timelineBox = h("div", {});
+  const list = h("ol.plain.compare-parts", { "aria-label": "Compared parts" });
+  const timelineBox = h("div");
   const fault = h("div", { "aria-live": "polite" });
-  const at = h(
-    "select",
-    { class: "field", id: "compare-at", on: { change: () => change({ at: at.value as Moment }) } },
-    MOMENTS.map((value) => h("option", { value }, SAID[value])),
+  const at = choice(
+    "compare-at",
+    MOMENTS.map((value) => [value, SAID[value]]),
+    (value) => change({ at: value as Moment }),
   );
-  const ground = h(
-    "select",
-    {
-      class: "field",
-      id: "compare-ground",
-      on: { change: () => change({ overlaid: ground.value === "one" }) },
-    },
-    h("option", { value: "" }, "side by side"),
-    h("option", { value: "one" }, "overlaid on one spot"),
+  const ground = choice(
+    "compare-ground",
+    [
+      ["", "side by side"],
+      ["one", "overlaid on one spot"],
+    ],
+    (value) => change({ overlaid: value === "one" }),
   );
-  const note = h("p", { class: "small muted", "aria-live": "polite" });
+  const note = h("p.small.muted", { "aria-live": "polite" });
   const body = h(
-    "div",
-    { class: "compare-body" },
+    "div.compare-body",
     h(
-      "div",
-      { class: "compare-left" },
+      "div.compare-left",
       list,
-      h(
-        "div",
-        { class: "form-grid" },
-        h("label", { for: "compare-at" }, "Same moment"),
-        at,
-        h("label", { for: "compare-ground" }, "Figures"),
-        ground,
-      ),
+      h("div.form-grid", named("Same moment", at), named("Figures", ground)),
       note,
-      h("p", { class: "small muted" }, "To add another, select an answer of a search and press Compare."),
+      h("p.small.muted", "To add another, select an answer of a search and press Compare."),
     ),
-    h("div", { class: "compare-right" }, fault, player.element, timelineBox, curves.element),
+    h("div.compare-right", fault, player.element, timelineBox, curves.element),
   );
-  const empty = h("div", {});
-  fill(host, h("h1", { class: "hidden-heading" }, "Compare"), empty, body);
+  const empty = h("div");
+  fill(host, h("h1.hidden-heading", "Compare"), empty, body);
 
   player.onTime((time) => {
     timeline?.setTime(time);
@@ -128,13 +119,10 @@ export function open(host: HTMLElement, context: Context): OpenView {
     const remove = (): void => change({ parts: wanted.parts.filter((_, k) => k !== i) });
     return h(
       "li",
-      {},
-      h("span", { class: "swatch", style: { background: css(i) } }),
-      h("b", {}, i + 1),
-      catalogued
-        ? h("a", { class: "capture-name", href: address }, name)
-        : h("span", { class: "capture-name" }, name),
-      h("span", { class: "time muted" }, interval(part.start, part.end)),
+      h("span.swatch", { style: { background: css(i) } }),
+      h("b", i + 1),
+      catalogued ? h("a.capture-name", { href: address }, name) : h("span.capture-name", name),
+      h("span.time.muted", interval(part.start, part.end)),
       button("tool", icon("close"), remove, { "aria-label": `Remove ${name} from the comparison` }),
     );
   }
@@ -191,8 +179,6 @@ export function open(host: HTMLElement, context: Context): OpenView {
   }
 
   async function load(): Promise<void> {
-    loads += 1;
-    const mine = loads;
     fault.replaceChildren();
     player.element.hidden = false;
     player.say("Loading…");
@@ -200,19 +186,18 @@ export function open(host: HTMLElement, context: Context): OpenView {
       context.motions.tracks(ref, Math.max(start - AROUND, 0), end + AROUND),
     );
     try {
-      const answers = await Promise.all(asking);
-      if (mine !== loads) return;
+      const answers = await latest(Promise.all(asking));
       const found = answers.map((tracks) => tracks.find((one): one is BodyTrack => one.kind === "body"));
       bodies = found.flatMap((one) => (one && one.motion.frames > 0 ? [one] : []));
       if (bodies.length < wanted.parts.length) throw new Error("A part holds no motion of a person.");
       play();
     } catch (problem) {
-      if (mine !== loads) return;
+      if (isAbort(problem)) return;
       bodies = [];
       timelineBox.replaceChildren();
       curves.show([], [], 0);
       player.element.hidden = true;
-      fill(fault, faultState(messageOf(problem)));
+      showFault(fault, problem);
     }
   }
 
@@ -238,7 +223,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   return {
     update(parameters) {
       const next = comparisonOf(parameters);
-      const key = JSON.stringify([next.parts, next.at, next.overlaid]);
+      const key = partOf(parameters, ["part", "at", "ground"]);
       if (key === asked) return;
       asked = key;
       wanted = { ...next, parts: next.parts.slice(0, MOST) };
@@ -247,7 +232,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       if (wanted.parts.length > 0) void load();
     },
     close() {
-      loads += 1;
+      void latest();
       clearTimeout(timer);
       player.close();
     },

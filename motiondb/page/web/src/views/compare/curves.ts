@@ -10,27 +10,21 @@ export interface Curve {
   difference: Difference;
 }
 
-export interface Curves {
-  readonly element: HTMLElement;
-  show(curves: readonly Curve[], points: readonly string[], duration: number): void;
-  setTime(time: number): void;
-}
-
 const HEIGHT = 64;
 /** The scale is at least this, metres: the curves of like motions stay low. */
 const LEAST = 0.2;
 
 const centimetres = (metres: number): string => `${Math.round(metres * 100)} cm`;
 
-export function makeCurves(): Curves {
-  const element = h("div", { class: "compare-curves" });
-  const cursor = svg("line", { class: "compare-cursor", y1: 0, y2: HEIGHT });
-  const now = h("ul", { class: "plain small compare-now" });
+export function makeCurves() {
+  const element = h("div.compare-curves");
+  const cursor = svg("line.compare-cursor", { y1: 0, y2: HEIGHT });
+  const now = h("ul.plain.small.compare-now");
   let shown: readonly Curve[] = [];
   let points: readonly string[] = [];
 
   function said({ figure, colour, difference: { times, mean, worst } }: Curve, time: number): HTMLElement {
-    const swatch = h("span", { class: "swatch", style: { background: colour } });
+    const swatch = h("span.swatch", { style: { background: colour } });
     const [first, last] = [times[0], times.at(-1)];
     const covered = first !== undefined && time >= first - 0.05 && time <= last! + 0.05;
     const n = covered
@@ -43,7 +37,7 @@ export function makeCurves(): Curves {
     const whole = mean.length
       ? `, ${centimetres(mean.reduce((a, b) => a + b, 0) / mean.length)} on average`
       : "";
-    return h("li", {}, swatch, h("b", {}, `${figure} and 1`), `: ${here}${whole}`);
+    return h("li", swatch, h("b", `${figure} and 1`), `: ${here}${whole}`);
   }
 
   function setTime(time: number): void {
@@ -57,14 +51,13 @@ export function makeCurves(): Curves {
 
   return {
     element,
-    show(curves, names, duration) {
+    show(curves: readonly Curve[], names: readonly string[], duration: number): void {
       shown = curves;
       points = names;
       if (curves.length === 0) return element.replaceChildren();
       const most = Math.max(LEAST, ...curves.flatMap((one) => one.difference.mean));
       const lines = curves.map(({ colour, difference: { times, mean } }) =>
-        svg("polyline", {
-          class: "compare-curve",
+        svg("polyline.compare-curve", {
           stroke: colour,
           points: times
             .map((t, i) => `${t.toFixed(3)},${(HEIGHT * (1 - mean[i]! / most)).toFixed(2)}`)
@@ -73,16 +66,14 @@ export function makeCurves(): Curves {
       );
       fill(
         element,
-        h("h3", {}, "Difference of the poses"),
+        h("h3", "Difference of the poses"),
         h(
-          "p",
-          { class: "small muted" },
+          "p.small.muted",
           "Mean distance of the joints, at the same moment, with the pelvis on one spot and facing the same way.",
         ),
         h(
-          "div",
-          { class: "compare-plot" },
-          h("span", { class: "compare-most" }, centimetres(most)),
+          "div.compare-plot",
+          h("span.compare-most", centimetres(most)),
           svg(
             "svg",
             { viewBox: `0 0 ${duration} ${HEIGHT}`, preserveAspectRatio: "none", "aria-hidden": "true" },

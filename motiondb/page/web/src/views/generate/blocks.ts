@@ -1,7 +1,8 @@
 /** The actions of a generated motion as blocks: drag, stretch, take another place, pick an excerpt. */
 
+import { named, numberField, onSubmit } from "../../dom/fields.ts";
 import { get, messageOf } from "../../api/client.ts";
-import type { ActionVerdict, MadeReply, SearchReply, ShownBlock } from "../../api/types.ts";
+import type { ActionVerdict, MadeReply, ShownBlock } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
@@ -43,48 +44,34 @@ function verdictOf(one: ActionVerdict | undefined): { mark: string; text: string
 /** Ask for an excerpt: one of the answers to a phrase, or the times of a capture. */
 function pickExcerpt(context: Context, wish: Wish, picked: (part: Partial<Wish>) => void): void {
   const clips: Clip[] = [];
-  const capture = h("input", {
-    class: "field",
+  const capture = h("input.field", {
     id: "pick-capture",
     required: true,
     value: wish.capture ?? "",
   });
   const number = (id: string, value: number | null): HTMLInputElement =>
-    h("input", {
-      class: "number",
-      id,
-      type: "number",
-      min: 0,
-      step: "any",
-      required: true,
-      value: value ?? "",
-    });
+    numberField(id, 0, { step: "any", required: true, value: value ?? "" });
   const [from, to] = [number("pick-from", wish.start), number("pick-to", wish.end)];
   const choose = (name: string, start: number, end: number): void => {
     dialog.close();
     picked({ capture: name, start, end, place: null });
   };
   const form = h(
-    "form",
-    { class: "row" },
-    h("label", { for: "pick-capture" }, "Capture"),
-    capture,
-    h("label", { for: "pick-from" }, "from"),
-    from,
-    h("label", { for: "pick-to" }, "to"),
-    to,
-    h("button", { class: "button", type: "submit" }, "Use this excerpt"),
+    "form.row",
+    named("Capture", capture),
+    named("from", from),
+    named("to", to),
+    h("button.button", { type: "submit" }, "Use this excerpt"),
   );
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(form, () => {
     choose(capture.value.trim(), from.valueAsNumber, to.valueAsNumber);
   });
-  const list = h("ul", { class: "plain pick-list", "aria-label": "Places that show it" });
-  const state = h("p", { class: "muted small", role: "status" }, "Searching…");
+  const list = h("ul.plain.pick-list", { "aria-label": "Places that show it" });
+  const state = h("p.muted.small", { role: "status" }, "Searching…");
   const dialog = openDialog(`An excerpt for “${wish.phrase}”`, form, state, list);
   dialog.classList.add("wide");
   dialog.addEventListener("close", () => clips.forEach((clip) => clip.close()));
-  get<SearchReply>("/api/search", { q: wish.phrase, limit: OFFERED }).then(
+  get("/api/search", { q: wish.phrase, limit: OFFERED }).then(
     ({ matches, matches_anything }) => {
       state.textContent =
         matches_anything === false
@@ -98,7 +85,6 @@ function pickExcerpt(context: Context, wish: Wish, picked: (part: Partial<Wish>)
           clips.push(clip);
           return h(
             "li",
-            {},
             clip.element,
             button("link", label, () => choose(match.capture, match.start, match.end)),
           );
@@ -150,8 +136,8 @@ export function blocksOf(
     change(at, { seconds: Math.round(length * 10) / 10 });
   };
 
-  const lane = h("ol", { class: "plain made-lane", "aria-label": "Actions on the timeline" });
-  const tools = h("div", { class: "made-tools" });
+  const lane = h("ol.plain.made-lane", { "aria-label": "Actions on the timeline" });
+  const tools = h("div.made-tools");
   const elements = blocks.map((block, at) => blockElement(block, at));
   fill(lane, elements);
 
@@ -168,12 +154,12 @@ export function blocksOf(
     const judged = shown_actions[at];
     const { mark, text, kind } = verdictOf(judged);
     const body = h(
-      "button",
-      { class: "made-block-body", type: "button", title: `${block.phrase}: ${text}` },
-      h("span", { class: "mark", "aria-hidden": "true" }, mark),
-      h("b", {}, block.phrase),
+      "button.made-block-body",
+      { type: "button", title: `${block.phrase}: ${text}` },
+      h("span.mark", { "aria-hidden": "true" }, mark),
+      h("b", block.phrase),
       " ",
-      h("span", { class: "made-block-text" }, text),
+      h("span.made-block-text", text),
     );
     body.addEventListener("keydown", (event) => {
       const to = at + (event.key === "ArrowRight" ? 1 : event.key === "ArrowLeft" ? -1 : 0);
@@ -187,7 +173,7 @@ export function blocksOf(
       choose(at);
       if (judged) seek(judged.start);
     });
-    const edge = h("span", { class: "made-block-edge", title: `Drag: how long ${block.phrase} lasts` });
+    const edge = h("span.made-block-edge", { title: `Drag: how long ${block.phrase} lasts` });
     const start = judged?.start ?? 0;
     const element = h(
       "li",
@@ -286,8 +272,7 @@ export function blocksOf(
       : block.place === null
         ? (judged?.done[0] ?? "")
         : `${judged?.done[0] ?? ""} · place ${block.place + 1} of ${block.places}`;
-    const seconds = h("input", {
-      class: "number",
+    const seconds = h("input.number", {
       type: "number",
       min: SHORTEST,
       max: LONGEST,
@@ -307,17 +292,16 @@ export function blocksOf(
       h(
         "p",
         { class: kind },
-        h("span", { class: "mark", "aria-hidden": "true" }, mark),
+        h("span.mark", { "aria-hidden": "true" }, mark),
         " ",
-        h("b", {}, block.phrase),
+        h("b", block.phrase),
         ` ${text}`,
         judged?.reason && !judged.shown && judged.reason !== shared ? `: ${judged.reason}` : "",
-        h("span", { class: "muted" }, where ? ` · ${where}` : ""),
+        h("span.muted", where ? ` · ${where}` : ""),
       ),
       h(
-        "div",
-        { class: "row" },
-        h("label", { class: "check" }, seconds, "s"),
+        "div.row",
+        h("label.check", seconds, "s"),
         tool("Another place", "Another place for", block.places < 2 && !block.capture, () =>
           change(at, { place: another, capture: null, start: null, end: null }),
         ),
@@ -331,16 +315,15 @@ export function blocksOf(
         ]),
         adding,
       ),
-      shared ? h("p", { class: "muted small" }, `Not sure: ${shared}.`) : null,
+      shared ? h("p.muted.small", `Not sure: ${shared}.`) : null,
     );
   }
 
-  const phrase = h("input", { class: "field", placeholder: "and then…", "aria-label": "A further action" });
+  const phrase = h("input.field", { placeholder: "and then…", "aria-label": "A further action" });
   const adding = h(
-    "form",
-    { class: "row" },
+    "form.row",
     phrase,
-    h("button", { class: "button plain", type: "submit" }, icon("plus"), "Add"),
+    h("button.button.plain", { type: "submit" }, icon("plus"), "Add"),
     button("plain", "Add by hand…", () => pickFurther(), {
       title: "Add it as an excerpt that you pick: no caption needs to say it",
     }),
@@ -355,8 +338,7 @@ export function blocksOf(
     const fresh = further();
     if (fresh) pickExcerpt(context, fresh, (part) => ask([...wishes, { ...fresh, ...part }]));
   }
-  adding.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(adding, () => {
     const fresh = further();
     if (fresh) ask([...wishes, fresh]);
   });

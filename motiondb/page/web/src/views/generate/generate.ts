@@ -1,10 +1,12 @@
 /** Describe and generate: motion from a sentence, with the actions it shows and does not show. */
 
-import { get, messageOf, post } from "../../api/client.ts";
-import type { GenerateReply, MadeReply } from "../../api/types.ts";
+import { choice, named, numberField, onSubmit } from "../../dom/fields.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { get, isAbort, post } from "../../api/client.ts";
+import type { MadeReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
-import { emptyState, faultState } from "../../parts/states.ts";
+import { emptyState, showFault } from "../../parts/states.ts";
 import { go, rewrite, routeTo } from "../../shell/router.ts";
 import { offeredQuestions } from "../wall/offered.ts";
 import { faultWithWords } from "../known_words.ts";
@@ -22,46 +24,34 @@ const METHODS: readonly [string, string][] = [
 export function open(host: HTMLElement, context: Context): OpenView {
   let variants: Variant[] = [];
   let asked = "";
-  let running = 0;
+  const latest = makeLatest();
   const chosen: Chosen = { at: 0, focus: false };
 
-  const box = h("input", {
+  const box = h("input.question-box", {
     id: "sentence",
-    class: "question-box",
     placeholder: "a person walks then kicks",
     autocomplete: "off",
     "aria-label": "What the person does",
   });
-  const seed = h("input", { type: "number", class: "number", id: "seed", min: 0, step: 1, value: 0 });
-  const count = h(
-    "select",
-    {
-      class: "field",
-      id: "variants",
-      on: { change: () => asked && box.value.trim() && form.requestSubmit() }, // as "Next seed" does
-    },
-    [1, 2, 3, 4, 6, 8].map((one) => h("option", { value: one }, one)),
+  const seed = numberField("seed", 0, { value: 0 });
+  const count = choice(
+    "variants",
+    [1, 2, 3, 4, 6, 8],
+    () => asked && box.value.trim() && form.requestSubmit(), // as "Next seed" does
   );
-  const method = h(
-    "select",
-    { class: "field", id: "method" },
-    METHODS.map(([value, label]) => h("option", { value }, label)),
-  );
+  const method = choice("method", METHODS);
   const exact = h("input", { type: "checkbox", id: "exact" });
   const understood = h("div", { "aria-live": "polite" });
-  const results = h("section", { class: "answers", "aria-label": "Generated motion" });
+  const results = h("section.answers", { "aria-label": "Generated motion" });
   const sync = button("plain", "Play together", () => void together(), {
     title: "Start all variants at the same moment",
   });
   const form = h(
-    "form",
-    { class: "search-form" },
-    h("div", { class: "search-line" }, box, h("button", { class: "button", type: "submit" }, "Generate")),
+    "form.search-form",
+    h("div.search-line", box, h("button.button", { type: "submit" }, "Generate")),
     h(
-      "div",
-      { class: "row settings" },
-      h("label", { for: "seed" }, "Seed"),
-      seed,
+      "div.row.settings",
+      named("Seed", seed),
       button(
         "plain",
         "Next seed",
@@ -71,23 +61,15 @@ export function open(host: HTMLElement, context: Context): OpenView {
         },
         { title: "Generate with the next seed" },
       ),
-      h("label", { for: "variants" }, "Variants"),
-      count,
-      h("label", { for: "method" }, "Method"),
-      method,
-      h(
-        "label",
-        { class: "check", title: "Do not replace unknown words by known ones" },
-        exact,
-        "Only known words",
-      ),
+      named("Variants", count),
+      named("Method", method),
+      h("label.check", { title: "Do not replace unknown words by known ones" }, exact, "Only known words"),
       sync,
     ),
   );
-  fill(host, h("h1", { class: "hidden-heading" }, "Generate"), form, understood, results);
+  fill(host, h("h1.hidden-heading", "Generate"), form, understood, results);
 
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(form, () => {
     const q = box.value.trim();
     if (!q) return box.focus();
     go(
@@ -129,33 +111,30 @@ export function open(host: HTMLElement, context: Context): OpenView {
     fill(
       results,
       h(
-        "div",
-        { class: "answer-grid wide" },
+        "div.answer-grid.wide",
         variants.map((one) => one.element),
       ),
     );
   }
 
   async function make(parameters: URLSearchParams): Promise<void> {
-    running += 1;
-    const mine = running;
     clear();
     chosen.at = 0;
     understood.replaceChildren();
     fill(
       results,
-      h("p", { class: "muted", role: "status" }, "Making motion…"),
+      h("p.muted", { role: "status" }, "Making motion…"),
       h("progress", { "aria-label": "Making motion" }),
     );
     try {
-      const answer = await post<GenerateReply>("/api/generate", {
+      const asking = post("/api/generate", {
         words: parameters.get("q"),
         seed: Number(parameters.get("seed") ?? 0),
         variants: Number(parameters.get("variants") ?? 1),
         method: parameters.get("method") ?? "stitched",
         exact: parameters.has("exact"),
       });
-      if (mine !== running) return;
+      const answer = await latest(asking);
       const replace = (word: string, by: string): void => {
         box.value = box.value.replaceAll(word, by);
         form.requestSubmit();
@@ -166,7 +145,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       );
       showVariants(answer.variants);
     } catch (fault) {
-      if (mine !== running) return;
+      if (isAbort(fault)) return;
       const choose = (word: string): void => go(routeTo("generate", { q: word, seed: 0 }));
       fill(results, notLearned(fault, context) ?? faultWithWords(fault, choose));
     }
@@ -174,18 +153,14 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   /** Make the motion of a changed timeline; the step back in the history returns to this one. */
   async function change(made: MadeReply, blocks: readonly Wish[]): Promise<void> {
-    running += 1;
-    const mine = running;
     results.setAttribute("aria-busy", "true");
     host.classList.add("busy");
     try {
       const body = { blocks, seed: made.seed, method: "stitched", exact: exact.checked };
-      const answer = await post<GenerateReply>("/api/generate", body);
+      const answer = await latest(post("/api/generate", body));
       // A first motion of a sentence has no address of its own yet: Back would make it again.
       if (!asked.includes("made=")) rewrite(routeTo("generate", { q: made.words, made: made.id }));
-      if (mine === running) go(routeTo("generate", { made: answer.variants[0]!.id }));
-    } catch (fault) {
-      context.fail(fault); // the timeline stays as it was
+      go(routeTo("generate", { made: answer.variants[0]!.id }));
     } finally {
       results.removeAttribute("aria-busy");
       host.classList.remove("busy");
@@ -194,11 +169,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   async function showOne(id: string): Promise<void> {
     try {
-      const [made] = (await get<GenerateReply>("/api/made", { id })).variants;
+      const [made] = (await get("/api/made", { id })).variants;
       box.value = made.words;
       showVariants([made]);
     } catch (fault) {
-      fill(results, faultState(messageOf(fault)));
+      showFault(results, fault);
     }
   }
 
@@ -223,9 +198,9 @@ export function open(host: HTMLElement, context: Context): OpenView {
     const { questions } = await offeredQuestions(context).catch(() => ({ questions: [] }));
     if (!state?.isConnected || questions.length === 0) return;
     const offered = questions.map((q) =>
-      h("a", { class: "button plain", href: routeTo("generate", { q, seed: 0 }) }, q),
+      h("a.button.plain", { href: routeTo("generate", { q, seed: 0 }) }, q),
     );
-    state.append(h("div", { class: "row" }, offered));
+    state.append(h("div.row", offered));
   }
 
   return {
@@ -243,6 +218,9 @@ export function open(host: HTMLElement, context: Context): OpenView {
       if (made) void showOne(made);
       else if (parameters.get("q")) void make(parameters);
       else showStart();
+    },
+    news(news) {
+      if (news.kind === "revision" && !asked) showStart();
     },
     close: clear,
   };

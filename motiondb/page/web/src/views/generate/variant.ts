@@ -2,7 +2,7 @@
 
 import { post } from "../../api/client.ts";
 import type { Motions } from "../../api/motions.ts";
-import type { MadeReply, Saved } from "../../api/types.ts";
+import type { MadeReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { download, downloadButton, type FileFormat } from "../../parts/download.ts";
@@ -51,17 +51,16 @@ function shownList(made: MadeReply, seek: (time: number) => void, said: number):
   const verdicts = made.shown_actions.slice(said);
   const shared = sharedReason(verdicts);
   return h(
-    "ul",
-    { class: "plain shown-list", "aria-label": "Shown and not shown" },
+    "ul.plain.shown-list",
+    { "aria-label": "Shown and not shown" },
     verdicts.map(({ words, start, end, probability: p, shown, reason }) =>
       h(
         "li",
         { class: shown ? "shown" : "not-shown" },
-        h("span", { class: "mark", "aria-hidden": "true" }, shown ? "✓" : shown === null ? "?" : "✕"),
+        h("span.mark", { "aria-hidden": "true" }, shown ? "✓" : shown === null ? "?" : "✕"),
         h(
           "span",
-          {},
-          h("b", {}, words.join(" ")),
+          h("b", words.join(" ")),
           shown ? " is shown" : shown === null ? " is not sure" : " is not shown",
           p === null ? "" : ` (${probability(p)})`,
           reason && reason !== shared ? `: ${reason}` : "",
@@ -72,13 +71,12 @@ function shownList(made: MadeReply, seek: (time: number) => void, said: number):
     ),
     made.question.not_used.map(({ text, reason }) =>
       h(
-        "li",
-        { class: "not-shown" },
-        h("span", { class: "mark", "aria-hidden": "true" }, "✕"),
-        h("span", {}, h("b", {}, text), " is not shown: ", reason),
+        "li.not-shown",
+        h("span.mark", { "aria-hidden": "true" }, "✕"),
+        h("span", h("b", text), " is not shown: ", reason),
       ),
     ),
-    shared ? h("li", { class: "muted shared-reason" }, `Not sure: ${shared}.`) : null,
+    shared ? h("li.muted.shared-reason", `Not sure: ${shared}.`) : null,
   );
 }
 
@@ -105,7 +103,7 @@ export function makeVariant(
     wordLane(made.recognised_words),
     stretchLane(made.stretches),
   ]);
-  const saved = h("span", {});
+  const saved = h("span");
 
   function showSaved(name: string): void {
     fill(saved, "kept as ", h("a", { href: routeTo("catalogue", { capture: name }) }, name));
@@ -121,7 +119,7 @@ export function makeVariant(
 
   function askName(): void {
     const keep = async (name: string): Promise<void> => {
-      const { capture } = await post<Saved>("/api/made/save", { id: made.id, name });
+      const { capture } = await post("/api/made/save", { id: made.id, name });
       showSaved(capture);
       actions?.notify(`Kept as ${capture}.`);
     };
@@ -138,29 +136,26 @@ export function makeVariant(
   const save = (format: FileFormat): void => void run(saveAs(format));
   if (made.saved) showSaved(made.saved);
   const element = h(
-    "article",
-    { class: "answer variant", "aria-label": `Seed ${made.seed}` },
+    "article.answer.variant",
+    { "aria-label": `Seed ${made.seed}` },
     h(
-      "header",
-      { class: "answer-head" },
-      h("b", {}, `seed ${made.seed}`),
-      h("span", { class: "muted" }, `${made.method}, ${seconds(made.seconds)}`),
+      "header.answer-head",
+      h("b", `seed ${made.seed}`),
+      h("span.muted", `${made.method}, ${seconds(made.seconds)}`),
     ),
     clip.element,
     timeline.element,
     blocks?.tools,
     h(
-      "div",
-      { class: "answer-facts" },
+      "div.answer-facts",
       shownList(made, (time) => clip.seek(time), blocks ? made.blocks.length : 0),
       sourceList(made.sources),
       actions
         ? h(
-            "div",
-            { class: "row answer-actions" },
+            "div.row.answer-actions",
             (["bvh", "glb"] as const).map((format) => downloadButton(format, save)),
             actions.canSave ? button("link", "Keep…", askName) : null,
-            h("a", { class: "link", href: routeTo("search", { like: made.ref }) }, "More like this"),
+            h("a.link", { href: routeTo("search", { like: made.ref }) }, "More like this"),
             saved,
           )
         : null,

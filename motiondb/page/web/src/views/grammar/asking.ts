@@ -1,17 +1,13 @@
 /** Questions to a grammar: parse a capture, what may come next, and how it compares. */
 
+import { named, onSubmit } from "../../dom/fields.ts";
 import { get, messageOf, post } from "../../api/client.ts";
-import type { CompareReply, GrammarReply, ParseAnswer, SuggestReply } from "../../api/types.ts";
+import type { CompareReply, GrammarReply, ParseAnswer } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { interval, probability } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
 import { coloursOf, type TerminalColours } from "./colours.ts";
-
-export interface Asking {
-  readonly element: HTMLElement;
-  show(facts: GrammarReply): void;
-}
 
 const percent = (share: number | null): string => (share === null ? "–" : `${Math.round(share * 100)}%`);
 
@@ -26,12 +22,11 @@ const COMPARED: readonly [string, (row: CompareReply["grammars"][number]) => Chi
   ["outside", (row) => percent(row.outside)],
 ];
 
-export function makeAsking(): Asking {
+export function makeAsking() {
   let facts: GrammarReply | null = null;
   let colours: TerminalColours = coloursOf([]);
 
-  const capture = h("input", {
-    class: "field",
+  const capture = h("input.field", {
     id: "parse-capture",
     list: "parse-captures",
     required: true,
@@ -40,51 +35,46 @@ export function makeAsking(): Asking {
   const known = h("datalist", { id: "parse-captures" });
   const parsed = h("div", { "aria-live": "polite" });
   const parseForm = h(
-    "form",
-    { class: "row" },
-    h("label", { for: "parse-capture" }, "Capture"),
-    capture,
+    "form.row",
+    named("Capture", capture),
     known,
-    h("button", { class: "button plain", type: "submit" }, "Parse"),
+    h("button.button.plain", { type: "submit" }, "Parse"),
   );
-  const beginning = h("input", { class: "field", id: "suggest-beginning", placeholder: "from the start" });
+  const beginning = h("input.field", { id: "suggest-beginning", placeholder: "from the start" });
   const next = h("div", { "aria-live": "polite" });
   const suggestForm = h(
-    "form",
-    { class: "row" },
-    h("label", { for: "suggest-beginning" }, "After"),
-    beginning,
-    h("button", { class: "button plain", type: "submit" }, "What may come next"),
+    "form.row",
+    named("After", beginning),
+    h("button.button.plain", { type: "submit" }, "What may come next"),
   );
   const compared = h("div", { "aria-live": "polite" });
   const compareButton = button("plain", "Compare with a finite state machine", () => void compare());
   const element = h(
-    "section",
-    { class: "grammar-asking", "aria-label": "Questions to the grammar" },
-    h("h3", {}, "Parse a capture"),
+    "section.grammar-asking",
+    { "aria-label": "Questions to the grammar" },
+    h("h3", "Parse a capture"),
     parseForm,
     parsed,
-    h("h3", {}, "What may come next"),
+    h("h3", "What may come next"),
     suggestForm,
     next,
-    h("h3", {}, "Compare"),
+    h("h3", "Compare"),
     compareButton,
     compared,
   );
 
   const letter = (name: string): HTMLElement =>
-    h("span", { class: "letter", style: { background: colours.of(name).soft } }, name);
+    h("span.letter", { style: { background: colours.of(name).soft } }, name);
 
   /** Ask, and show the answer or the fault, unless another grammar is shown by then. */
   async function ask<T>(box: HTMLElement, question: Promise<T>, show: (answer: T) => Child): Promise<void> {
     const mine = facts?.grammar;
-    fill(box, h("p", { class: "muted small" }, "Asking…"));
+    fill(box, h("p.muted.small", "Asking…"));
     try {
       const answer = await question;
       if (facts?.grammar === mine) fill(box, show(answer));
     } catch (problem) {
-      if (facts?.grammar === mine)
-        fill(box, h("p", { class: "bad small", role: "alert" }, messageOf(problem)));
+      if (facts?.grammar === mine) fill(box, h("p.bad.small", { role: "alert" }, messageOf(problem)));
     }
   }
 
@@ -95,8 +85,8 @@ export function makeAsking(): Asking {
       routeTo("catalogue", { capture: name, start: from.toFixed(3), end: to.toFixed(3) });
     return [
       h(
-        "ol",
-        { class: "plain parse-string", "aria-label": "Its terminals" },
+        "ol.plain.parse-string",
+        { "aria-label": "Its terminals" },
         string.map((one, i) => {
           const [from, to] = spans[i]!;
           const odd = far.has(i) ? ", unlike all that it was learned from" : "";
@@ -113,8 +103,7 @@ export function makeAsking(): Asking {
         }),
       ),
       h(
-        "p",
-        { class: "small" },
+        "p.small",
         answer.learned_from
           ? "The grammar was learned from this capture: these are the stored sentences."
           : answer.is_unlike
@@ -126,31 +115,30 @@ export function makeAsking(): Asking {
                 : "Every part is like what the grammar was learned from.",
       ),
       fault
-        ? h("p", { class: "bad small" }, `It does not parse: ${fault.says}`)
+        ? h("p.bad.small", `It does not parse: ${fault.says}`)
         : h(
-            "ul",
-            { class: "plain small", "aria-label": "Its sentences" },
-            answer.sentences.map((one) => h("li", {}, h("code", {}, one.tree))),
+            "ul.plain.small",
+            { "aria-label": "Its sentences" },
+            answer.sentences.map((one) => h("li", h("code", one.tree))),
           ),
     ];
   }
 
-  parseForm.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(parseForm, () => {
     const name = capture.value.trim();
-    const question = post<ParseAnswer>("/api/grammar/parse", { grammar: facts!.grammar, capture: name });
+    const question = post("/api/grammar/parse", { grammar: facts!.grammar, capture: name });
     void ask(parsed, question, (answer) => showParse(answer, name));
   });
 
   function suggest(): void {
-    const question = get<SuggestReply>("/api/grammar/suggest", {
+    const question = get("/api/grammar/suggest", {
       name: facts!.grammar,
       beginning: beginning.value,
     });
     void ask(next, question, ({ next: rows }) =>
       h(
-        "ul",
-        { class: "plain suggest-list", "aria-label": "What may come next" },
+        "ul.plain.suggest-list",
+        { "aria-label": "What may come next" },
         rows.map((row) => {
           const name = row.terminal;
           const words = facts?.terminals.find((one) => one.terminal === name)?.words.map((one) => one.word);
@@ -160,59 +148,50 @@ export function makeAsking(): Asking {
           };
           return h(
             "li",
-            {},
             name === null
-              ? h("span", { class: "muted" }, "the end")
+              ? h("span.muted", "the end")
               : button("link", letter(name), add, { title: "Go on after this terminal" }),
-            h("span", { class: "time" }, ` ${probability(row.probability)} `),
-            h("span", { class: "muted small" }, words?.join(" ") ?? ""),
+            h("span.time", ` ${probability(row.probability)} `),
+            h("span.muted.small", words?.join(" ") ?? ""),
           );
         }),
       ),
     );
   }
-  suggestForm.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(suggestForm, () => {
     suggest();
   });
 
   async function compare(): Promise<void> {
     compareButton.disabled = true;
-    const question = get<CompareReply>("/api/grammar/compare", { name: facts!.grammar });
+    const question = get("/api/grammar/compare", { name: facts!.grammar });
     await ask(compared, question, ({ grammars }) => [
       h(
-        "div",
-        { class: "grammar-table compared" },
+        "div.grammar-table.compared",
         h(
           "table",
-          {},
           h(
             "thead",
-            {},
             h(
               "tr",
-              {},
-              h("td", {}),
+              h("td"),
               grammars.map((row) => h("th", { scope: "col" }, row.kind)),
             ),
           ),
           h(
             "tbody",
-            {},
             COMPARED.map(([name, value]) =>
               h(
                 "tr",
-                {},
                 h("th", { scope: "row" }, name),
-                grammars.map((row) => h("td", {}, value(row))),
+                grammars.map((row) => h("td", value(row))),
               ),
             ),
           ),
         ),
       ),
       h(
-        "p",
-        { class: "muted small" },
+        "p.muted.small",
         "Held out: share of sentences that a grammar learned from the others derives. New: share of strings that are not sentences. Outside: share that this grammar does not derive.",
       ),
     ]);
@@ -221,7 +200,7 @@ export function makeAsking(): Asking {
 
   return {
     element,
-    show(shown) {
+    show(shown: GrammarReply): void {
       if (facts && (facts.grammar !== shown.grammar || facts.run !== shown.run)) {
         for (const box of [parsed, next, compared]) box.replaceChildren(); // answers of other rules
         beginning.value = "";
@@ -235,3 +214,5 @@ export function makeAsking(): Asking {
     },
   };
 }
+
+export type Asking = ReturnType<typeof makeAsking>;

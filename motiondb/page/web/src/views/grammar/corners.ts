@@ -11,16 +11,6 @@ import { makeRibbon, type Ribbon } from "./ribbon.ts";
 import type { SequenceReply } from "../../api/types.ts";
 import type { Alternative } from "./selection.ts";
 
-export interface Corners {
-  readonly element: HTMLElement;
-  show(alternatives: readonly Alternative[], colours: TerminalColours): void;
-  /** A message instead of alternatives; an empty one removes everything. */
-  say(text: string): void;
-  /** While other alternatives are requested, those on screen cannot be chosen. */
-  wait(): void;
-  close(): void;
-}
-
 /** Seconds before and after the region that play with it, so that its seams are seen. */
 const AROUND = 0.4;
 
@@ -32,8 +22,8 @@ export function chanceText(logProbability: number | null): string {
   return `10^${Math.round(logProbability / Math.LN10)}`;
 }
 
-export function makeCorners(context: Context, choose: (sequence: SequenceReply) => void): Corners {
-  const element = h("div", { class: "corners" });
+export function makeCorners(context: Context, choose: (sequence: SequenceReply) => void) {
+  const element = h("div.corners");
   let clips: Clip[] = [];
   let ribbons: Ribbon[] = [];
 
@@ -68,26 +58,15 @@ export function makeCorners(context: Context, choose: (sequence: SequenceReply) 
     return h(
       "article",
       { class: playable ? "corner" : "corner not-playable", "aria-label": `Alternative ${number}: ${text}` },
-      h(
-        "header",
-        { class: "corner-head", title: text },
-        h("b", { class: "corner-number" }, number),
-        letters(one.region, colours),
-      ),
+      h("header.corner-head", { title: text }, h("b.corner-number", number), letters(one.region, colours)),
       playable
         ? player(playable, `Alternative ${number}: ${text}`, colours)
-        : h(
-            "p",
-            { class: "corner-reason" },
-            "Cannot be played: ",
-            "not_playable" in one ? one.not_playable : "",
-          ),
+        : h("p.corner-reason", "Cannot be played: ", "not_playable" in one ? one.not_playable : ""),
       h(
-        "footer",
-        { class: "corner-foot" },
+        "footer.corner-foot",
         h(
-          "span",
-          { class: "muted time", title: "How often the grammar makes this string here" },
+          "span.muted.time",
+          { title: "How often the grammar makes this string here" },
           `chance ${chanceText(one.log_probability)}`,
         ),
         playable
@@ -103,18 +82,22 @@ export function makeCorners(context: Context, choose: (sequence: SequenceReply) 
 
   return {
     element,
-    show(alternatives, colours) {
+    show(alternatives: readonly Alternative[], colours: TerminalColours): void {
       clear();
       fill(
         element,
         alternatives.map((one, i) => corner(one, i + 1, colours)),
       );
     },
-    say(text) {
+    /** A message instead of alternatives; an empty one removes everything. */
+    say(text: string): void {
       clear();
-      if (text) fill(element, h("p", { class: "corners-message" }, text));
+      if (text) fill(element, h("p.corners-message", text));
     },
+    /** While other alternatives are requested, those on screen cannot be chosen. */
     wait: () => void (element.inert = true),
     close: clear,
   };
 }
+
+export type Corners = ReturnType<typeof makeCorners>;

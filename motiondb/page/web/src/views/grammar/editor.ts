@@ -1,8 +1,9 @@
 /** The editor of one sequence: play it, choose a part and derive it again, undo edits. */
 
-import { get, messageOf, post } from "../../api/client.ts";
+import { showFault } from "../../parts/states.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { get, isAbort, post } from "../../api/client.ts";
 import { fill, h } from "../../dom/element.ts";
-import { faultState } from "../../parts/states.ts";
 import type { Context } from "../view.ts";
 import { coloursOf, type TerminalColours } from "./colours.ts";
 import { makeCorners } from "./corners.ts";
@@ -17,15 +18,6 @@ import { makeParseTree } from "./tree.ts";
 import type { AlternativesReply, GrammarReply, SequenceReply, TreeNode } from "../../api/types.ts";
 import type { Selection } from "./selection.ts";
 
-export interface Editor {
-  readonly element: HTMLElement;
-  /** Show a sequence of a grammar, with a region if one is chosen. */
-  open(id: string, selection: Selection | null, tree: boolean, grammar: GrammarReply): Promise<void>;
-  /** Show nothing. */
-  rest(): void;
-  close(): void;
-}
-
 export interface EditorRoute {
   /** Another sequence: a step that the back button undoes. */
   sequence(id: string): void;
@@ -33,13 +25,13 @@ export interface EditorRoute {
   region(selection: Selection | null, tree: boolean): void;
 }
 
-export function makeEditor(context: Context, route: EditorRoute): Editor {
+export function makeEditor(context: Context, route: EditorRoute) {
   let sequence: SequenceReply | null = null;
   let colours: TerminalColours = coloursOf([]);
   let selection: Selection | null = null;
   let treeShown = false;
   let wanted = "";
-  let asked = 0;
+  const latest = makeLatest();
 
   const corners = makeCorners(context, choose);
   const scene = makeScene(context, corners.element);
@@ -58,18 +50,17 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
       route.region(selection, treeShown);
     },
   });
-  const said = h("p", { class: "visually-hidden", role: "status", "aria-label": "Chosen region" });
-  const panel = h("div", {});
-  const made = h("div", { class: "made-facts" });
-  const ground = h("div", { class: "strip-box", tabindex: -1 }, tree.element, strip.element);
+  const said = h("p.visually-hidden", { role: "status", "aria-label": "Chosen region" });
+  const panel = h("div");
+  const made = h("div.made-facts");
+  const ground = h("div.strip-box", { tabindex: -1 }, tree.element, strip.element);
   const body = h(
-    "div",
-    { class: "editor-body" },
-    h("div", { class: "editor-left" }, scene.element, ground),
-    h("aside", { class: "editor-side", "aria-label": "Path and region" }, plan.element, panel, made),
+    "div.editor-body",
+    h("div.editor-left", scene.element, ground),
+    h("aside.editor-side", { "aria-label": "Path and region" }, plan.element, panel, made),
   );
-  const fault = h("div", {});
-  const element = h("section", { class: "editor", "aria-label": "Sequence" }, bar.element, fault, body, said);
+  const fault = h("div");
+  const element = h("section.editor", { "aria-label": "Sequence" }, bar.element, fault, body, said);
   scene.player.onTime((time) => {
     strip.setTime(time);
     plan.setTime(time);
@@ -132,8 +123,6 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
 
   /** Request the alternatives of a region; the old ones stay until the answer arrives. */
   async function load(next: Selection | null): Promise<void> {
-    asked += 1;
-    const mine = asked;
     selection = sequence && next && sequence.strip[next.at] ? next : null;
     corners.wait();
     if (!selection) {
@@ -142,17 +131,15 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
     }
     mark();
     showPanel();
-    if (!sequence || !selection) return;
+    if (!sequence || !selection) return void latest();
     const { at, wider, draw } = selection;
     try {
       const body = { id: sequence.id, at, wider, seed: draw };
-      const found = await post<AlternativesReply>("/api/sequences/alternatives", body);
-      if (mine !== asked) return;
-      showAlternatives(found);
+      showAlternatives(await latest(post("/api/sequences/alternatives", body)));
     } catch (problem) {
-      if (mine !== asked) return;
+      if (isAbort(problem)) return;
       corners.say("");
-      fill(panel, faultState(messageOf(problem), [{ label: "Clear", run: () => select(null) }]));
+      showFault(panel, problem, [{ label: "Clear", run: () => select(null) }]);
     }
   }
 
@@ -200,7 +187,7 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
   }
 
   function rest(): void {
-    asked += 1;
+    void latest();
     wanted = "";
     sequence = selection = null;
     corners.say("");
@@ -233,20 +220,21 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
 
   return {
     element,
-    async open(id, next, shown, grammar) {
+    /** Show a sequence of a grammar, with a region if one is chosen. */
+    async open(id: string, next: Selection | null, shown: boolean, grammar: GrammarReply): Promise<void> {
       colours = coloursOf(grammar.terminals);
       treeShown = shown;
       wanted = id;
       if (sequence?.id !== id) {
         try {
-          const got = await get<SequenceReply>("/api/sequence", { id });
+          const got = await get("/api/sequence", { id });
           if (wanted !== id) return;
           show(got);
         } catch (problem) {
           if (wanted !== id) return;
           sequence = null;
           body.hidden = true;
-          fill(fault, faultState(messageOf(problem)));
+          showFault(fault, problem);
           bar.show(null, false);
           return;
         }
@@ -254,8 +242,9 @@ export function makeEditor(context: Context, route: EditorRoute): Editor {
       showTree();
       await load(next);
     },
+    /** Show nothing. */
     rest,
-    close() {
+    close(): void {
       rest();
       scene.close();
     },

@@ -10,14 +10,7 @@ import { sourceList } from "../../parts/sources.ts";
 import { plural, seconds } from "../../parts/text.ts";
 import { routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
-import type { Saved, SequenceReply } from "../../api/types.ts";
-
-export interface EditorBar {
-  readonly element: HTMLElement;
-  /** Null: there is no sequence. */
-  show(sequence: SequenceReply | null, canRedo: boolean): void;
-  setTree(shown: boolean): void;
-}
+import type { SequenceReply } from "../../api/types.ts";
 
 export interface BarActions {
   undo(): void;
@@ -25,11 +18,11 @@ export interface BarActions {
   showTree(shown: boolean): void;
 }
 
-export function makeEditorBar(context: Context, actions: BarActions): EditorBar {
+export function makeEditorBar(context: Context, actions: BarActions) {
   let sequence: SequenceReply | null = null;
   let shown = false;
-  const title = h("h2", {});
-  const saved = h("span", { class: "small" });
+  const title = h("h2");
+  const saved = h("span.small");
   const undo = button("plain", [icon("undo"), "Undo"], actions.undo, { title: "Undo this edit (Ctrl Z)" });
   const redo = button("plain", [icon("redo"), "Redo"], actions.redo, { title: "Redo the edit (Ctrl Y)" });
   const tree = button("plain", "Parse tree", () => actions.showTree(!shown), {
@@ -37,11 +30,11 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
   });
   const keep = button("plain", "Keep…", askName, { title: "Keep the sequence as a capture of the database" });
   const save = (format: FileFormat): void => {
-    if (sequence) download([{ ref: sequence.ref }], format).catch(context.fail);
+    if (sequence) download([{ ref: sequence.ref }], format);
   };
   const files = (["bvh", "glb"] as const).map((format) => downloadButton(format, save));
-  const tools = h("div", { class: "row" }, undo, redo, tree, keep, files, saved);
-  const element = h("div", { class: "row editor-bar" }, title, tools);
+  const tools = h("div.row", undo, redo, tree, keep, files, saved);
+  const element = h("div.row.editor-bar", title, tools);
 
   function showSaved(name: string | null): void {
     fill(saved, name ? ["kept as ", h("a", { href: routeTo("catalogue", { capture: name }) }, name)] : null);
@@ -51,7 +44,7 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
     const one = sequence;
     if (!one) return;
     const send = async (name: string): Promise<void> => {
-      const { capture } = await post<Saved>("/api/sequences/save", { id: one.id, name });
+      const { capture } = await post("/api/sequences/save", { id: one.id, name });
       if (sequence?.id === one.id) showSaved(capture);
       context.notify(`Kept as ${capture}.`);
     };
@@ -60,7 +53,8 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
 
   return {
     element,
-    show(next, canRedo) {
+    /** Null: there is no sequence. */
+    show(next: SequenceReply | null, canRedo: boolean): void {
       sequence = next;
       tools.hidden = next === null;
       title.textContent = next
@@ -71,7 +65,7 @@ export function makeEditorBar(context: Context, actions: BarActions): EditorBar 
       keep.hidden = context.status().read_only;
       showSaved(next?.saved ?? null);
     },
-    setTree(next) {
+    setTree(next: boolean): void {
       shown = next;
       tree.setAttribute("aria-pressed", String(next));
     },
@@ -85,11 +79,9 @@ export function madeFacts(sequence: SequenceReply): HTMLElement {
     metres === null ? "not known" : `${(100 * metres).toFixed(1)} cm/s`;
   return h(
     "div",
-    {},
-    h("p", { class: "small" }, `${sequence.says[0]?.toUpperCase() ?? ""}${sequence.says.slice(1)}.`),
+    h("p.small", `${sequence.says[0]?.toUpperCase() ?? ""}${sequence.says.slice(1)}.`),
     h(
-      "p",
-      { class: "muted small" },
+      "p.muted.small",
       `Seed ${sequence.seed}. Roughness of the seams ${cost(sequence.join_cost)} (0: none). Feet slip ${speed(sequence.foot_slip)}, in the sources ${speed(sequence.foot_slip_of_sources)}.`,
     ),
     sourceList(sequence.sources),

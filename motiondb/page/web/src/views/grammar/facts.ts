@@ -12,12 +12,6 @@ import { makeAsking } from "./asking.ts";
 import { makeQuestions } from "./questions.ts";
 import { askTerminalName, makeRules } from "./rules.ts";
 
-export interface FactsPanel {
-  readonly element: HTMLElement;
-  show(facts: GrammarReply): void;
-  close(): void;
-}
-
 /** The facts in one line, as the command line prints them. */
 export function summaryOf(facts: GrammarReply): string {
   const whole = facts.captures.reduce((sum, one) => sum + one.seconds, 0);
@@ -36,18 +30,17 @@ function bitsOf(facts: GrammarReply): string {
   return parts.map(([name, bits]) => `${name} ${bits.toFixed(1)}`).join(" + ");
 }
 
-export function makeFacts(context: Context): FactsPanel {
+export function makeFacts(context: Context) {
   let clip: Clip | null = null;
   const rules = makeRules(context);
   const asking = makeAsking();
   const questions = makeQuestions(context);
-  const about = h("div", {});
-  const terminalsBox = h("div", {});
-  const rest = h("div", {});
+  const about = h("div");
+  const terminalsBox = h("div");
+  const rest = h("div");
   const element = h(
-    "div",
-    { class: "grammar-facts" },
-    h("section", { "aria-label": "Rules" }, h("h3", {}, "Rules"), rules.element, about),
+    "div.grammar-facts",
+    h("section", { "aria-label": "Rules" }, h("h3", "Rules"), rules.element, about),
     terminalsBox,
     asking.element,
     questions.element,
@@ -72,12 +65,11 @@ export function makeFacts(context: Context): FactsPanel {
       box,
       clip.element,
       h(
-        "p",
-        { class: "small" },
-        h("b", {}, one.terminal),
+        "p.small",
+        h("b", one.terminal),
         " ",
-        h("span", { class: "muted" }, `${capture} `),
-        h("span", { class: "muted time" }, interval(start, end)),
+        h("span.muted", `${capture} `),
+        h("span.muted.time", interval(start, end)),
       ),
       context.status().read_only
         ? null
@@ -93,50 +85,43 @@ export function makeFacts(context: Context): FactsPanel {
   ): HTMLElement {
     const words = one.words.map(({ word, probability: p }) => [
       word,
-      h("span", { class: "chip-detail" }, ` ${probability(p)}  `),
+      h("span.chip-detail", ` ${probability(p)}  `),
     ]);
     return h(
       "li",
-      {},
       h(
-        "button",
+        "button.terminal",
         {
-          class: "terminal",
           type: "button",
           title: `Play the medoid of ${one.terminal}`,
           "data-terminal": one.terminal,
           on: { click: () => play(one, box, facts) },
         },
-        h("span", { class: "letter", style: { background: colours.of(one.terminal).soft } }, one.terminal),
-        h(
-          "span",
-          { class: "terminal-words" },
-          words.length ? words : h("span", { class: "muted" }, "no words"),
-        ),
-        h("span", { class: "muted time" }, `${one.count} × ${one.seconds.toFixed(2)} s`),
+        h("span.letter", { style: { background: colours.of(one.terminal).soft } }, one.terminal),
+        h("span.terminal-words", words.length ? words : h("span.muted", "no words")),
+        h("span.muted.time", `${one.count} × ${one.seconds.toFixed(2)} s`),
       ),
     );
   }
 
   function terminals(facts: GrammarReply, colours: TerminalColours): HTMLElement {
-    const box = h("div", { class: "terminal-clip" });
+    const box = h("div.terminal-clip");
     const list = h(
-      "ul",
-      { class: "plain terminal-list" },
+      "ul.plain.terminal-list",
       facts.terminals.map((one) => terminalRow(one, colours, box, facts)),
     );
-    fill(box, h("p", { class: "muted small" }, "Choose a terminal: its most typical segment plays here."));
+    fill(box, h("p.muted.small", "Choose a terminal: its most typical segment plays here."));
     return h(
       "section",
       { "aria-label": "Terminals" },
-      h("h3", {}, `Terminals (${facts.terminals.length})`),
-      h("div", { class: "terminal-body" }, list, box),
+      h("h3", `Terminals (${facts.terminals.length})`),
+      h("div.terminal-body", list, box),
     );
   }
 
   return {
     element,
-    show(facts) {
+    show(facts: GrammarReply): void {
       closeClip();
       const colours = coloursOf(facts.terminals);
       const [shortest, mean, longest] = facts.sentence_lengths;
@@ -146,13 +131,11 @@ export function makeFacts(context: Context): FactsPanel {
       fill(
         about,
         h(
-          "p",
-          { class: "muted small" },
+          "p.muted.small",
           `Description length: ${bitsOf(facts)}. Sentences have ${shortest} to ${longest} terminals, ${mean.toFixed(1)} on average.`,
         ),
         h(
-          "p",
-          { class: "small" },
+          "p.small",
           facts.derives_new
             ? "It derives sentences that were not in the captures."
             : "It derives no sentence that was not in the captures: new sequences repeat those. Shorter sentences or more takes of the activity may give rules.",
@@ -164,47 +147,35 @@ export function makeFacts(context: Context): FactsPanel {
         h(
           "section",
           { "aria-label": "Captures and sequences" },
-          h("h3", {}, "Learned from"),
+          h("h3", "Learned from"),
           h(
-            "ul",
-            { class: "plain small" },
+            "ul.plain.small",
             facts.captures.map((one) =>
               h(
                 "li",
-                {},
                 one.there
                   ? h("a", { href: routeTo("catalogue", { capture: one.capture }) }, one.capture)
                   : one.capture,
                 h(
-                  "span",
-                  { class: "muted" },
+                  "span.muted",
                   ` ${seconds(one.seconds)}${one.there ? "" : ", removed: add it again to play its segments"}`,
                 ),
               ),
             ),
           ),
-          h("h3", {}, "Kept sequences"),
+          h("h3", "Kept sequences"),
           facts.sequences.length
             ? h(
-                "ul",
-                { class: "plain small" },
+                "ul.plain.small",
                 facts.sequences.map((name) =>
-                  h(
-                    "li",
-                    {},
-                    h("a", { href: routeTo("grammar", { name: facts.grammar, open: name }) }, name),
-                  ),
+                  h("li", h("a", { href: routeTo("grammar", { name: facts.grammar, open: name }) }, name)),
                 ),
               )
-            : h(
-                "p",
-                { class: "muted small" },
-                "None yet. A sequence that is kept can be opened and edited again.",
-              ),
+            : h("p.muted.small", "None yet. A sequence that is kept can be opened and edited again."),
         ),
       );
     },
-    close() {
+    close(): void {
       closeClip();
       questions.close();
     },

@@ -1,9 +1,10 @@
 /** Grammars: learn them, see their rules, make sequences with them, edit these through their trees. */
 
-import { get, messageOf, post, remove } from "../../api/client.ts";
+import { showFault } from "../../parts/states.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { get, isAbort, post, remove } from "../../api/client.ts";
 import { fill, h } from "../../dom/element.ts";
 import { askWhether } from "../../parts/asking.ts";
-import { faultState } from "../../parts/states.ts";
 import { amend, go, goOn, rewrite, routeTo } from "../../shell/router.ts";
 import type { Context, OpenView } from "../view.ts";
 import { addressOf, routeOf } from "./address.ts";
@@ -12,27 +13,22 @@ import { makeFacts, summaryOf } from "./facts.ts";
 import { openGrammarLearning } from "./learn.ts";
 import { grammarList, jobState } from "./list.ts";
 import { makeMaker } from "./maker.ts";
-import type { GrammarReply, GrammarsReply, SequenceReply } from "../../api/types.ts";
+import type { GrammarReply } from "../../api/types.ts";
 import type { Wish } from "./selection.ts";
 
 export function open(host: HTMLElement, context: Context): OpenView {
   let route = routeOf(new URLSearchParams());
   let facts: GrammarReply | null = null;
-  let loads = 0;
+  const latest = makeLatest();
   let learning = "";
 
   const job = h("div", { "aria-live": "polite" });
-  const list = h("div", {});
-  const one = h("div", { class: "grammar-one", hidden: true });
-  const heading = h("div", { class: "row grammar-head" });
+  const list = h("div");
+  const one = h("div.grammar-one", { hidden: true });
+  const heading = h("div.row.grammar-head");
   const making = h("div", { "aria-live": "polite" });
   const panel = makeFacts(context);
-  const rules = h(
-    "details",
-    { class: "grammar-rest" },
-    h("summary", {}, "Rules and terminals"),
-    panel.element,
-  );
+  const rules = h("details.grammar-rest", h("summary", "Rules and terminals"), panel.element);
   const maker = makeMaker((wish) => void make(wish));
   const editor = makeEditor(context, {
     sequence: (id) => go(addressOf({ ...route, sequence: id, selection: null })),
@@ -41,7 +37,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       rewrite(addressOf(route));
     },
   });
-  fill(host, h("h1", { class: "hidden-heading" }, "Grammars"), job, list, one);
+  fill(host, h("h1.hidden-heading", "Grammars"), job, list, one);
   fill(one, heading, maker.element, making, editor.element, rules);
 
   function learn(): void {
@@ -54,13 +50,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
   async function showList(): Promise<void> {
     one.hidden = true;
     list.hidden = false;
-    loads += 1;
-    const mine = loads;
     try {
-      const { grammars } = await get<GrammarsReply>("/api/grammars");
-      if (mine === loads) fill(list, grammarList(context, grammars, learn));
+      const { grammars } = await latest(get("/api/grammars"));
+      fill(list, grammarList(context, grammars, learn));
     } catch (fault) {
-      if (mine === loads) fill(list, faultState(messageOf(fault)));
+      showFault(list, fault);
     }
   }
 
@@ -71,13 +65,9 @@ export function open(host: HTMLElement, context: Context): OpenView {
       "Remove",
     );
     if (!sure) return;
-    try {
-      await remove("/api/grammar", { name });
-      context.notify(`The grammar ${name} is removed.`);
-      go(routeTo("grammar"));
-    } catch (fault) {
-      context.fail(fault);
-    }
+    await remove("/api/grammar", { name });
+    context.notify(`The grammar ${name} is removed.`);
+    go(routeTo("grammar"));
   }
 
   function showHeading(known: GrammarReply): void {
@@ -85,35 +75,27 @@ export function open(host: HTMLElement, context: Context): OpenView {
     fill(
       heading,
       h("a", { href: routeTo("grammar") }, "Grammars"),
-      h("span", { class: "muted", "aria-hidden": "true" }, "/"),
-      h("h2", {}, known.grammar),
-      h("span", { class: "muted small" }, summaryOf(known)),
+      h("span.muted", { "aria-hidden": "true" }, "/"),
+      h("h2", known.grammar),
+      h("span.muted.small", summaryOf(known)),
       context.status().read_only
         ? null
-        : h("button", { class: "link danger small", type: "button", on: { click: remove } }, "Remove…"),
+        : h("button.link.danger.small", { type: "button", on: { click: remove } }, "Remove…"),
     );
   }
 
   /** Request the facts of a grammar; false if the request failed. */
   async function load(name: string): Promise<boolean> {
-    loads += 1;
-    const mine = loads;
     try {
-      const known = await get<GrammarReply>("/api/grammar", { name });
-      if (mine !== loads) return false;
+      const known = await latest(get("/api/grammar", { name }));
       facts = known;
       showHeading(known);
       panel.show(known);
       return true;
     } catch (fault) {
-      if (mine !== loads) return false;
+      if (isAbort(fault)) return false;
       facts = null;
-      one.hidden = true;
-      list.hidden = false;
-      fill(
-        list,
-        faultState(messageOf(fault), [{ label: "All grammars", run: () => go(routeTo("grammar")) }]),
-      );
+      showMissing(fault);
       return false;
     }
   }
@@ -122,10 +104,10 @@ export function open(host: HTMLElement, context: Context): OpenView {
     maker.busy(true);
     making.replaceChildren();
     try {
-      const made = await post<SequenceReply>("/api/sequences", { grammar: route.name, ...wish });
+      const made = await post("/api/sequences", { grammar: route.name, ...wish });
       goOn(addressOf({ ...route, wish, sequence: made.id, selection: null }));
     } catch (fault) {
-      fill(making, faultState(messageOf(fault)));
+      showFault(making, fault);
     } finally {
       maker.busy(false);
     }
@@ -134,16 +116,18 @@ export function open(host: HTMLElement, context: Context): OpenView {
   /** Open a kept sequence; the answer names its grammar. */
   async function openKept(capture: string): Promise<void> {
     try {
-      const kept = await post<SequenceReply>("/api/sequences/open", { capture });
+      const kept = await post("/api/sequences/open", { capture });
       amend(addressOf({ ...route, name: kept.grammar, sequence: kept.id, selection: null }));
     } catch (fault) {
-      one.hidden = true;
-      list.hidden = false;
-      fill(
-        list,
-        faultState(messageOf(fault), [{ label: "All grammars", run: () => go(routeTo("grammar")) }]),
-      );
+      showMissing(fault);
     }
+  }
+
+  /** Say why a grammar is not shown, in the place of the list. */
+  function showMissing(fault: unknown): void {
+    one.hidden = true;
+    list.hidden = false;
+    showFault(list, fault, [{ label: "All grammars", run: () => go(routeTo("grammar")) }]);
   }
 
   async function showOne(): Promise<void> {
@@ -178,7 +162,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       goOn(routeTo("grammar", { name: result.grammar }));
     },
     close() {
-      loads += 1;
+      void latest();
       panel.close();
       editor.close();
     },

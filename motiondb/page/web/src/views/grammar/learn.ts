@@ -1,7 +1,9 @@
 /** Choose captures and settings, and learn a grammar from them. */
 
-import { get, messageOf, post } from "../../api/client.ts";
-import type { CapturePage, CaptureRow, JobReply } from "../../api/types.ts";
+import { choice, named, numberField, onSubmit } from "../../dom/fields.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { get, isAbort, messageOf, post } from "../../api/client.ts";
+import type { CaptureRow, JobReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { openDialog } from "../../parts/asking.ts";
@@ -21,17 +23,16 @@ interface Picker {
 /** A list of captures with boxes; what is chosen stays chosen while the list is filtered. */
 function capturePicker(change: () => void): Picker {
   const chosen = new Map<string, number>();
-  const list = h("ul", { class: "plain capture-picker", "aria-label": "Captures, the longest first" });
-  const note = h("p", { class: "muted small", role: "status" });
-  const filter = h("input", {
-    class: "field wide",
+  const list = h("ul.plain.capture-picker", { "aria-label": "Captures, the longest first" });
+  const note = h("p.muted.small", { role: "status" });
+  const filter = h("input.field.wide", {
     id: "grammar-where",
     placeholder: "performer=ana and action=dance",
     autocomplete: "off",
     on: { input: () => later() },
   });
   let timer = 0;
-  let asked = 0;
+  const latest = makeLatest();
 
   function later(): void {
     clearTimeout(timer);
@@ -53,14 +54,12 @@ function capturePicker(change: () => void): Picker {
     const words = capture.words.map((one) => one.words).join(", ");
     return h(
       "li",
-      {},
       h(
-        "label",
-        { class: "check" },
+        "label.check",
         box,
-        h("span", { class: "pick-name" }, capture.name),
-        h("span", { class: "muted time" }, seconds(capture.duration)),
-        h("span", { class: "muted pick-words" }, words),
+        h("span.pick-name", capture.name),
+        h("span.muted.time", seconds(capture.duration)),
+        h("span.muted.pick-words", words),
       ),
     );
   }
@@ -72,28 +71,21 @@ function capturePicker(change: () => void): Picker {
   }
 
   async function load(): Promise<void> {
-    asked += 1;
-    const mine = asked;
     try {
       const parameters = { where: filter.value.trim(), sort: "-duration", limit: LISTED };
-      const { captures, total } = await get<CapturePage>("/api/captures", parameters);
-      if (mine !== asked) return;
+      const { captures, total } = await latest(get("/api/captures", parameters));
       const rows = captures.filter((one) => one.kind !== "generated");
       filter.removeAttribute("aria-invalid");
       fill(
         list,
         rows.map(row),
         total > captures.length
-          ? h(
-              "li",
-              { class: "muted small" },
-              `${plural(total - captures.length, "more capture")}: filter to see them`,
-            )
+          ? h("li.muted.small", `${plural(total - captures.length, "more capture")}: filter to see them`)
           : null,
       );
       tell();
     } catch (fault) {
-      if (mine !== asked) return;
+      if (isAbort(fault)) return;
       filter.setAttribute("aria-invalid", "true");
       note.textContent = messageOf(fault);
     }
@@ -102,9 +94,8 @@ function capturePicker(change: () => void): Picker {
   void load();
   const element = h(
     "fieldset",
-    {},
-    h("legend", {}, "Captures"),
-    h("label", { for: "grammar-where", class: "small" }, "Filter"),
+    h("legend", "Captures"),
+    h("label.small", { for: "grammar-where" }, "Filter"),
     filter,
     list,
     note,
@@ -112,69 +103,43 @@ function capturePicker(change: () => void): Picker {
   return { element, chosen };
 }
 
-interface Settings {
-  readonly rows: HTMLElement[];
-  body(): Record<string, unknown>;
-}
-
-function settings(learned: boolean): Settings {
-  const label = (id: string, text: string): HTMLElement => h("label", { for: id }, text);
+function settings(learned: boolean) {
   const number = (id: string, value: number | null): HTMLInputElement =>
-    h("input", {
-      id,
-      class: "number",
-      type: "number",
-      min: 1,
-      max: 1000,
-      step: 1,
-      ...(value === null ? { placeholder: "default" } : { value }),
-    });
-  const name = h("input", { id: "grammar-name", class: "field", maxlength: 200, autocomplete: "off" });
+    numberField(id, 1, { max: 1000, ...(value === null ? { placeholder: "default" } : { value }) });
+  const name = h("input.field", { id: "grammar-name", maxlength: 200, autocomplete: "off" });
   const kind = h(
-    "select",
+    "select.field",
     {
       id: "grammar-terminals",
-      class: "field",
       on: { change: () => void (count.hidden = kind.value !== "count") },
     },
     h("option", { value: "default" }, "default number"),
     h("option", { value: "count" }, "this number:"),
     h("option", { value: "symbols", disabled: !learned }, "the motion symbols"),
   );
-  const count = h("input", {
-    class: "number",
-    type: "number",
-    min: 1,
+  const count = numberField("", 1, {
     max: 1000,
-    step: 1,
     value: 12,
     hidden: true,
     "aria-label": "Number of terminals",
   });
-  const sentences = h(
-    "select",
-    { id: "grammar-sentences", class: "field" },
-    h("option", { value: "auto" }, "found in the strings"),
-    h("option", { value: "captions" }, "between captions"),
-    h("option", { value: "captures" }, "one for each capture"),
-  );
+  const sentences = choice("grammar-sentences", [
+    ["auto", "found in the strings"],
+    ["captions", "between captions"],
+    ["captures", "one for each capture"],
+  ]);
   const shortest = number("grammar-shortest", 3);
   const longest = number("grammar-longest", 20);
-  const seed = h("input", { id: "grammar-seed", class: "number", type: "number", min: 0, step: 1, value: 0 });
+  const seed = numberField("grammar-seed", 0, { value: 0 });
   return {
     rows: [
-      label("grammar-name", "Name"),
-      name,
-      label("grammar-terminals", "Terminals"),
-      h("span", { class: "row" }, kind, count),
-      label("grammar-sentences", "Sentences"),
-      sentences,
-      label("grammar-shortest", "Shortest sentence"),
-      shortest,
-      label("grammar-longest", "Longest sentence"),
-      longest,
-      label("grammar-seed", "Seed"),
-      seed,
+      named("Name", name),
+      h("label", { for: kind.id }, "Terminals"),
+      h("span.row", kind, count),
+      named("Sentences", sentences),
+      named("Shortest sentence", shortest),
+      named("Longest sentence", longest),
+      named("Seed", seed),
     ],
     body: () => ({
       name: name.value.trim() || null,
@@ -190,31 +155,27 @@ function settings(learned: boolean): Settings {
 
 /** Ask for captures and settings, then start the job. */
 export function openGrammarLearning(context: Context, started: (job: JobReply) => void): void {
-  const submit = h("button", { class: "button", type: "submit", disabled: true }, "Learn");
+  const submit = h("button.button", { type: "submit", disabled: true }, "Learn");
   const picker = capturePicker(() => void (submit.disabled = picker.chosen.size === 0));
   const chosen = settings(context.status().learned);
-  const fault = h("p", { class: "bad small", role: "alert" });
+  const fault = h("p.bad.small", { role: "alert" });
   const form = h(
-    "form",
-    { class: "grammar-learning" },
+    "form.grammar-learning",
     h(
-      "p",
-      { class: "muted" },
+      "p.muted",
       "A few minutes of one activity give the best rules. A grammar of the same name is replaced.",
     ),
     picker.element,
-    h("div", { class: "form-grid" }, chosen.rows),
+    h("div.form-grid", chosen.rows),
     fault,
     h(
-      "div",
-      { class: "row end" },
+      "div.row.end",
       button("plain", "Cancel", () => dialog.close()),
       submit,
     ),
   );
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
-    post<JobReply>("/api/grammars", { captures: [...picker.chosen.keys()], ...chosen.body() }).then(
+  onSubmit(form, () => {
+    post("/api/grammars", { captures: [...picker.chosen.keys()], ...chosen.body() }).then(
       (job) => {
         dialog.close();
         started(job);

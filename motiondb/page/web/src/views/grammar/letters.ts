@@ -5,12 +5,11 @@ import type { TerminalColours } from "./colours.ts";
 
 /** A string of terminals, each in its colour; read as text by screen readers. */
 export function letters(string: readonly string[], colours: TerminalColours): HTMLElement {
-  if (string.length === 0) return h("span", { class: "muted" }, "(nothing)");
+  if (string.length === 0) return h("span.muted", "(nothing)");
   return h(
-    "span",
-    { class: "letters" },
+    "span.letters",
     string.flatMap((terminal) => [
-      h("span", { class: "letter", style: { background: colours.of(terminal).soft } }, terminal),
+      h("span.letter", { style: { background: colours.of(terminal).soft } }, terminal),
       " ",
     ]),
   );

@@ -1,12 +1,13 @@
 /** The learned grammars, and the job that learns one. */
 
-import { cancelJob, failureOf, isActive } from "../../api/jobs.ts";
+import { cancelJob, failureOf, isActive, stepOf } from "../../api/jobs.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { progressBar } from "../../parts/progress.ts";
 import { emptyState, faultState } from "../../parts/states.ts";
 import { seconds } from "../../parts/text.ts";
-import { go, routeTo } from "../../shell/router.ts";
+import { emptyDatabase } from "../empty_database.ts";
+import { routeTo } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
 import type { ListedGrammar } from "../../api/types.ts";
 
@@ -26,35 +27,29 @@ const COLUMNS: readonly [string, (row: ListedGrammar) => string][] = [
 
 function tableOf(rows: readonly ListedGrammar[]): HTMLElement {
   return h(
-    "div",
-    { class: "grammar-table" },
+    "div.grammar-table",
     h(
       "table",
-      {},
-      h("caption", { class: "visually-hidden" }, "Grammars of this database"),
+      h("caption.visually-hidden", "Grammars of this database"),
       h(
         "thead",
-        {},
         h(
           "tr",
-          {},
           h("th", { scope: "col" }, "grammar"),
           COLUMNS.map(([title]) => h("th", { scope: "col" }, title)),
         ),
       ),
       h(
         "tbody",
-        {},
         rows.map((row) =>
           h(
             "tr",
-            {},
             h(
               "th",
               { scope: "row" },
               h("a", { href: routeTo("grammar", { name: row.grammar }) }, row.grammar),
             ),
-            COLUMNS.map(([, text]) => h("td", {}, text(row))),
+            COLUMNS.map(([, text]) => h("td", text(row))),
           ),
         ),
       ),
@@ -65,13 +60,7 @@ function tableOf(rows: readonly ListedGrammar[]): HTMLElement {
 /** What the user can do in a database without grammars. */
 function nothingYet(context: Context, learn: () => void): HTMLElement {
   const status = context.status();
-  if (status.captures === 0) {
-    return emptyState(
-      "This database is empty",
-      "Add captures first: a grammar is learned from a few long takes of one activity.",
-      [{ label: "Go to the catalogue", run: () => go(routeTo("catalogue")) }],
-    );
-  }
+  if (status.captures === 0) return emptyDatabase(context);
   const text =
     "A grammar is the syntax of long takes: which movements follow which. It makes new sequences that obey the same rules.";
   if (status.read_only) return emptyState("No grammars", `${text} This database was opened read-only.`);
@@ -86,22 +75,16 @@ export function grammarList(
 ): HTMLElement | null {
   if (rows.length === 0) return nothingYet(context, learn);
   return h(
-    "div",
-    { class: "grammar-list" },
+    "div.grammar-list",
     h(
-      "div",
-      { class: "row" },
-      h("p", { class: "summary" }, "Grammars of long takes. Choose one to make sequences with it."),
+      "div.row",
+      h("p.summary", "Grammars of long takes. Choose one to make sequences with it."),
       context.status().read_only ? null : button("main", "Learn a grammar…", learn),
     ),
     tableOf(rows),
     context.status().learned
       ? null
-      : h(
-          "p",
-          { class: "muted small" },
-          "This database has not learned words, so the terminals have letters only.",
-        ),
+      : h("p.muted.small", "This database has not learned words, so the terminals have letters only."),
   );
 }
 
@@ -117,14 +100,13 @@ export function jobState(host: HTMLElement, context: Context): void {
     const message = `${job.title}: ${failureOf(job)}`;
     return fill(host, faultState(message, [{ label: "Close", run: close, plain: true }]));
   }
-  const cancel = (): void => void cancelJob(job).catch(context.fail);
+  const cancel = (): void => void cancelJob(job);
   fill(
     host,
     h(
-      "div",
-      { class: "grammar-job" },
-      h("b", {}, job.title),
-      progressBar(job.state === "waiting" ? null : job.share, job.what || job.state),
+      "div.grammar-job",
+      h("b", job.title),
+      progressBar(job.state === "waiting" ? null : job.share, stepOf(job)),
       button("plain", "Cancel", cancel),
     ),
   );

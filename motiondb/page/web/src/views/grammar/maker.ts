@@ -1,41 +1,20 @@
 /** Make a sequence of a grammar: seed, length, or a pattern that it must match. */
 
+import { named, numberField, onSubmit } from "../../dom/fields.ts";
 import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import type { Wish } from "./selection.ts";
 
-export interface Maker {
-  readonly element: HTMLElement;
-  show(wish: Wish): void;
-  busy(busy: boolean): void;
-}
-
-export function makeMaker(make: (wish: Wish) => void): Maker {
-  const seed = h("input", {
-    id: "sequence-seed",
-    class: "number",
-    type: "number",
-    min: 0,
-    step: 1,
-    value: 0,
-  });
-  const length = h("input", {
-    id: "sequence-length",
-    class: "number",
-    type: "number",
-    min: 1,
-    max: 200,
-    step: 1,
-    placeholder: "any",
-  });
-  const like = h("input", {
+export function makeMaker(make: (wish: Wish) => void) {
+  const seed = numberField("sequence-seed", 0, { value: 0 });
+  const length = numberField("sequence-length", 1, { max: 200, placeholder: "any" });
+  const like = h("input.field", {
     id: "sequence-like",
-    class: "field",
     placeholder: "a ... catch ? b",
     autocomplete: "off",
     title: "Terminals and words in their order, ? for any one terminal, ... for any number of them",
   });
-  const submit = h("button", { class: "button", type: "submit" }, "Make a sequence");
+  const submit = h("button.button", { type: "submit" }, "Make a sequence");
   const next = button(
     "plain",
     "Next seed",
@@ -46,18 +25,16 @@ export function makeMaker(make: (wish: Wish) => void): Maker {
     { title: "Make a sequence with the next seed" },
   );
   const element = h(
-    "form",
-    { class: "row settings maker" },
-    h("span", { class: "maker-field" }, h("label", { for: "sequence-seed" }, "Seed"), seed),
-    h("span", { class: "maker-field" }, h("label", { for: "sequence-length" }, "Terminals"), length),
-    h("span", { class: "maker-field" }, h("label", { for: "sequence-like" }, "Like"), like),
+    "form.row.settings.maker",
+    h("span.maker-field", named("Seed", seed)),
+    h("span.maker-field", named("Terminals", length)),
+    h("span.maker-field", named("Like", like)),
     submit,
     next,
   );
   const fields = [seed, length, like];
   let known = fields.map((field) => field.value);
-  element.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(element, () => {
     known = fields.map((field) => field.value);
     make({
       seed: seed.valueAsNumber || 0,
@@ -67,7 +44,7 @@ export function makeMaker(make: (wish: Wish) => void): Maker {
   });
   return {
     element,
-    show(wish) {
+    show(wish: Wish): void {
       const values = [String(wish.seed), String(wish.length ?? ""), wish.like ?? ""];
       // What somebody types while a sequence is made stays: only what is new is shown.
       fields.forEach((field, k) => {
@@ -75,7 +52,7 @@ export function makeMaker(make: (wish: Wish) => void): Maker {
       });
       known = values;
     },
-    busy(busy) {
+    busy(busy: boolean): void {
       submit.disabled = busy;
       next.disabled = busy;
       submit.textContent = busy ? "Making…" : "Make a sequence";

@@ -6,24 +6,12 @@ import { cutPath, timesOf } from "./layout.ts";
 import type { SequenceReply } from "../../api/types.ts";
 import type { Spot } from "./selection.ts";
 
-export interface Plan {
-  readonly element: HTMLElement;
-  show(sequence: SequenceReply, colours: TerminalColours): void;
-  setTime(time: number): void;
-  mark(region: readonly [start: number, end: number] | null): void;
-}
-
 const SIZE = { width: 320, height: 220, margin: 22 };
 /** A path that covers less ground than this is not enlarged any more, metres. */
 const SMALLEST = 1.5;
 
-interface View {
-  scale: number;
-  place(spot: Spot): [x: number, y: number];
-}
-
 /** One scale for both axes; x to the right, z towards the viewer, as the player shows it from above. */
-function viewOf(points: readonly Spot[]): View {
+function viewOf(points: readonly Spot[]) {
   const xs = points.map(([x]) => x);
   const zs = points.map(([, z]) => z);
   const [left, right, back, front] = [Math.min(...xs), Math.max(...xs), Math.min(...zs), Math.max(...zs)];
@@ -33,22 +21,24 @@ function viewOf(points: readonly Spot[]): View {
   );
   return {
     scale,
-    place: ([x, z]) => [
+    place: ([x, z]: Spot) => [
       SIZE.width / 2 + (x - (left + right) / 2) * scale,
       SIZE.height / 2 + (z - (back + front) / 2) * scale,
     ],
   };
 }
 
+type View = ReturnType<typeof viewOf>;
+
 /** A length that is easy to read and fits as a scale bar, metres. */
 function barLength(scale: number): number {
   return [0.5, 1, 2, 5, 10, 20, 50].find((metres) => metres * scale >= 36) ?? 100;
 }
 
-export function makePlan(choose: (at: number) => void): Plan {
-  const element = h("div", { class: "plan" });
-  const region = svg("g", { class: "plan-region" });
-  const here = svg("circle", { class: "plan-here", r: 5 });
+export function makePlan(choose: (at: number) => void) {
+  const element = h("div.plan");
+  const region = svg("g.plan-region");
+  const here = svg("circle.plan-here", { r: 5 });
   let shown: SequenceReply | null = null;
   let view: View | null = null;
 
@@ -66,8 +56,7 @@ export function makePlan(choose: (at: number) => void): Plan {
     const metres = barLength(scale);
     const [right, bottom] = [SIZE.width - 8, SIZE.height - 8];
     return svg(
-      "g",
-      { class: "plan-scale" },
+      "g.plan-scale",
       svg("path", { d: `M${right - metres * scale} ${bottom}H${right}` }),
       svg("text", { x: right, y: bottom - 5 }, `${metres} m`),
     );
@@ -75,7 +64,7 @@ export function makePlan(choose: (at: number) => void): Plan {
 
   return {
     element,
-    show(sequence, colours) {
+    show(sequence: SequenceReply, colours: TerminalColours): void {
       shown = sequence;
       view = viewOf(sequence.path.points);
       const lines = sequence.strip.map((item) =>
@@ -86,7 +75,7 @@ export function makePlan(choose: (at: number) => void): Plan {
             stroke: colours.of(item.terminal).strong,
             on: { click: () => choose(item.at) },
           },
-          svg("title", {}, [item.terminal, ...item.words].join(" ")),
+          svg("title", [item.terminal, ...item.words].join(" ")),
         ),
       );
       const [x, y] = view.place(sequence.path.points[0] ?? [0, 0]);
@@ -101,22 +90,22 @@ export function makePlan(choose: (at: number) => void): Plan {
             "aria-label": "Path of the root on the ground, from above",
           },
           region,
-          svg("g", { class: "plan-path" }, lines),
-          svg("circle", { class: "plan-start", cx: x, cy: y, r: 3.5 }),
+          svg("g.plan-path", lines),
+          svg("circle.plan-start", { cx: x, cy: y, r: 3.5 }),
           here,
           scaleBar(view.scale),
         ),
       );
       this.setTime(0);
     },
-    setTime(time) {
+    setTime(time: number): void {
       const [spot] = shown ? cutPath(shown.path, time, time) : [];
       if (!spot || !view) return;
       const [x, y] = view.place(spot);
       here.setAttribute("cx", x.toFixed(1));
       here.setAttribute("cy", y.toFixed(1));
     },
-    mark(part) {
+    mark(part: readonly [start: number, end: number] | null): void {
       if (!part || !shown || !view) return fill(region);
       const line = cutPath(shown.path, ...timesOf(shown.strip, ...part));
       fill(region, svg("polyline", { points: pointsOf(line) }));

@@ -1,19 +1,13 @@
 /** Questions to a person: whether a terminal can come straight after another, as moving pictures. */
 
+import { named } from "../../dom/fields.ts";
 import { get, messageOf, post } from "../../api/client.ts";
-import type { AnswerReply, GrammarQuestion, QuestionsReply } from "../../api/types.ts";
+import type { AnswerReply, GrammarQuestion } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { interval } from "../../parts/text.ts";
 import { makeClip, type Clip } from "../../take/clip.ts";
 import type { Context } from "../view.ts";
-
-export interface Questions {
-  readonly element: HTMLElement;
-  /** Ask about this version of a grammar. */
-  show(grammar: string, run: number): void;
-  close(): void;
-}
 
 const ANSWERS = [
   ["yes", "Yes"],
@@ -23,24 +17,23 @@ const ANSWERS = [
 
 const nameOf = (terminal: string, words: string): string => (words ? `${terminal} (${words})` : terminal);
 
-export function makeQuestions(context: Context): Questions {
+export function makeQuestions(context: Context) {
   let grammar = "";
   let run = -1;
   let clips: Clip[] = [];
-  const author = h("input", { class: "field", id: "answer-author", maxlength: 80, autocomplete: "name" });
-  const cards = h("div", { class: "questions", "aria-live": "polite" });
+  const author = h("input.field", { id: "answer-author", maxlength: 80, autocomplete: "name" });
+  const cards = h("div.questions", { "aria-live": "polite" });
   const begin = button("plain", "Show ten questions", () => void load());
   const element = h(
-    "section",
-    { class: "grammar-questions", "aria-label": "Questions to you" },
-    h("h3", {}, "Questions to you"),
+    "section.grammar-questions",
+    { "aria-label": "Questions to you" },
+    h("h3", "Questions to you"),
     h(
-      "p",
-      { class: "muted small" },
+      "p.muted.small",
       "Can the second movement come straight after the first? Your answers are kept with your name. ",
       "The grammar keeps to them when it is learned again under its name.",
     ),
-    h("div", { class: "row" }, h("label", { for: "answer-author" }, "Your name"), author, begin),
+    h("div.row", named("Your name", author), begin),
     cards,
   );
 
@@ -55,14 +48,14 @@ export function makeQuestions(context: Context): Questions {
     const isStill = (): boolean => asked === grammar && version === run;
     clear();
     begin.disabled = true;
-    fill(cards, h("p", { class: "muted" }, "Looking for the pairs that say most…"));
+    fill(cards, h("p.muted", "Looking for the pairs that say most…"));
     try {
-      const { questions } = await get<QuestionsReply>("/api/grammar/questions", { name: asked });
+      const { questions } = await get("/api/grammar/questions", { name: asked });
       if (!isStill()) return;
-      const none = h("p", { class: "muted" }, "No pair is left whose answer would change the rules.");
+      const none = h("p.muted", "No pair is left whose answer would change the rules.");
       fill(cards, questions.length ? questions.map(card) : none);
     } catch (fault) {
-      if (isStill()) fill(cards, h("p", { class: "bad", role: "alert" }, messageOf(fault)));
+      if (isStill()) fill(cards, h("p.bad", { role: "alert" }, messageOf(fault)));
     } finally {
       begin.disabled = false;
     }
@@ -73,11 +66,11 @@ export function makeQuestions(context: Context): Questions {
     const title = `${label}: ${shown.capture}, ${interval(shown.start, shown.end)}`;
     const clip = makeClip(context, { ref: `capture:${shown.capture}`, part, lit: part, label: title });
     clips.push(clip);
-    return h("figure", { title }, clip.element, h("figcaption", { class: "small" }, label));
+    return h("figure", { title }, clip.element, h("figcaption.small", label));
   }
 
   function card(one: GrammarQuestion): HTMLElement {
-    const said = h("p", { class: "small", role: "status" });
+    const said = h("p.small", { role: "status" });
     const first = nameOf(one.first, one.first_words);
     const then = nameOf(one.then, one.then_words);
     const choices = ANSWERS.map(([value, label]) =>
@@ -87,15 +80,10 @@ export function makeQuestions(context: Context): Questions {
       }),
     );
     return h(
-      "article",
-      { class: "question", "aria-label": `${first}, then ${then}?` },
-      h(
-        "div",
-        { class: "question-pair" },
-        moving(one.first_shown, first),
-        moving(one.then_shown, `then ${then}?`),
-      ),
-      context.status().read_only ? null : h("div", { class: "row" }, choices),
+      "article.question",
+      { "aria-label": `${first}, then ${then}?` },
+      h("div.question-pair", moving(one.first_shown, first), moving(one.then_shown, `then ${then}?`)),
+      context.status().read_only ? null : h("div.row", choices),
       said,
     );
   }
@@ -115,7 +103,7 @@ export function makeQuestions(context: Context): Questions {
     choices.forEach((choice) => (choice.disabled = true));
     try {
       const pair = { first: one.first, then: one.then, said: value, author: author.value.trim() };
-      const kept = await post<AnswerReply>("/api/grammar/answers", { grammar, run, ...pair });
+      const kept = await post("/api/grammar/answers", { grammar, run, ...pair });
       said.textContent = kept.obeyed
         ? `${label}: kept.`
         : `${label}: kept, but the captures show this pair, so rules cannot rule it out.`;
@@ -128,7 +116,8 @@ export function makeQuestions(context: Context): Questions {
 
   return {
     element,
-    show(name, version) {
+    /** Ask about this version of a grammar. */
+    show(name: string, version: number): void {
       if (name === grammar && version === run) return;
       [grammar, run] = [name, version];
       clear();
@@ -136,3 +125,5 @@ export function makeQuestions(context: Context): Questions {
     close: clear,
   };
 }
+
+export type Questions = ReturnType<typeof makeQuestions>;

@@ -12,12 +12,6 @@ const DISC = { radius: 0.045, apart: 0.03, height: 0.006 };
 /** The same for the translucent spheres over the region. */
 const SPHERE = { radius: 0.085, apart: 0.2, opacity: 0.45 };
 
-export interface Ribbon {
-  show(sequence: SequenceReply, colours: TerminalColours): void;
-  mark(region: readonly [start: number, end: number] | null): void;
-  close(): void;
-}
-
 type Dots = THREE.InstancedMesh<THREE.BufferGeometry, THREE.MeshBasicMaterial>;
 
 function dots(
@@ -40,7 +34,7 @@ function dots(
 }
 
 /** Draw the path of a sequence into a screen. */
-export function makeRibbon(screen: Screen): Ribbon {
+export function makeRibbon(screen: Screen) {
   const disc = new THREE.CircleGeometry(DISC.radius, 14);
   disc.rotateX(-Math.PI / 2);
   const sphere = new THREE.SphereGeometry(SPHERE.radius, 14, 10);
@@ -85,12 +79,12 @@ export function makeRibbon(screen: Screen): Ribbon {
   }
 
   return {
-    show(sequence, colours) {
+    show(sequence: SequenceReply, colours: TerminalColours): void {
       shown = { sequence, colours };
       draw(path, 0, sequence.strip.length, DISC);
       clear(region);
     },
-    mark(part) {
+    mark(part: readonly [start: number, end: number] | null): void {
       if (!shown) return;
       if (!part) {
         clear(region);
@@ -101,7 +95,7 @@ export function makeRibbon(screen: Screen): Ribbon {
       else clear(region);
       screen.redraw();
     },
-    close() {
+    close(): void {
       clear(path);
       clear(region);
       disc.dispose();
@@ -109,3 +103,5 @@ export function makeRibbon(screen: Screen): Ribbon {
     },
   };
 }
+
+export type Ribbon = ReturnType<typeof makeRibbon>;

@@ -8,23 +8,17 @@ import { askLine } from "../../parts/asking.ts";
 import type { Context } from "../view.ts";
 import { coloursOf, type TerminalColours } from "./colours.ts";
 
-export interface RulesPanel {
-  readonly element: HTMLElement;
-  /** Show the rules of a grammar; rules that are being edited stay as they are. */
-  show(facts: GrammarReply): void;
-}
-
 /** The rules, each terminal in its colour; everything else as the server prints it. */
 function rulesOf(facts: GrammarReply, colours: TerminalColours): HTMLElement {
   const names = new Set(facts.terminals.map((one) => one.terminal));
   const parts = facts.text_with_loops.split(/(\s+|[()|])/);
   return h(
-    "pre",
-    { class: "grammar-rules", tabindex: 0, "aria-label": "Rules" },
+    "pre.grammar-rules",
+    { tabindex: 0, "aria-label": "Rules" },
     parts.map((part) => {
       const name = part.replace(/[+*]$/, "");
       if (!names.has(name)) return part;
-      const letter = h("span", { class: "letter", style: { background: colours.of(name).soft } }, name);
+      const letter = h("span.letter", { style: { background: colours.of(name).soft } }, name);
       return [letter, part.slice(name.length)];
     }),
   );
@@ -42,22 +36,21 @@ export function askTerminalName(context: Context, facts: GrammarReply, terminal:
   const note = "A word such as dribble reads better than a letter. The rules follow.";
   askLine({ title: "Rename a terminal", label, value: terminal, note, yes: "Rename" }, async (to) => {
     const body = { grammar: facts.grammar, run: facts.run, terminal, to };
-    tell(context, `${terminal} is now ${to}.`, await put<GrammarEdited>("/api/grammar/terminal", body));
-    void context.refresh().catch(context.fail);
+    tell(context, `${terminal} is now ${to}.`, await put("/api/grammar/terminal", body));
+    void context.refresh();
   });
 }
 
-export function makeRules(context: Context): RulesPanel {
-  const element = h("div", {});
+export function makeRules(context: Context) {
+  const element = h("div");
   let facts: GrammarReply | null = null;
   let editing = false;
 
   function edit(): void {
     const edited = facts!;
     editing = true;
-    const fault = h("p", { class: "bad small", role: "alert" });
-    const area = h("textarea", {
-      class: "field wide grammar-text",
+    const fault = h("p.bad.small", { role: "alert" });
+    const area = h("textarea.field.wide.grammar-text", {
       rows: Math.min(edited.text.split("\n").length + 3, 20),
       "aria-label": "Rules as text",
       spellcheck: false,
@@ -70,7 +63,7 @@ export function makeRules(context: Context): RulesPanel {
     const save = async (): Promise<void> => {
       const body = { grammar: edited.grammar, run: edited.run, text: area.value };
       try {
-        const done = await put<GrammarEdited>("/api/grammar/rules", body);
+        const done = await put("/api/grammar/rules", body);
         editing = false;
         tell(context, "The rules are saved.", done);
         await context.refresh();
@@ -83,14 +76,12 @@ export function makeRules(context: Context): RulesPanel {
       element,
       area,
       h(
-        "p",
-        { class: "muted small" },
+        "p.muted.small",
         "One nonterminal a line, alternatives divided by |, a probability as [0.5], empty for nothing. The rules must still derive every sentence of the captures.",
       ),
       fault,
       h(
-        "div",
-        { class: "row" },
+        "div.row",
         button("main", "Save the rules", () => void save()),
         button("plain", "Cancel", leave),
       ),
@@ -101,7 +92,7 @@ export function makeRules(context: Context): RulesPanel {
   async function undo(): Promise<void> {
     const { grammar, run } = facts!;
     try {
-      await post<GrammarEdited>("/api/grammar/undo", { grammar, run });
+      await post("/api/grammar/undo", { grammar, run });
       context.notify("The last edit is taken back.");
       await context.refresh();
     } catch (problem) {
@@ -118,18 +109,18 @@ export function makeRules(context: Context): RulesPanel {
       context.status().read_only
         ? null
         : h(
-            "div",
-            { class: "row" },
+            "div.row",
             button("plain", "Edit the rules…", edit),
             last ? button("plain", `Undo: ${last}`, undo) : null,
-            last ? h("span", { class: "muted small" }, "Edited by hand since it was learned.") : null,
+            last ? h("span.muted.small", "Edited by hand since it was learned.") : null,
           ),
     );
   }
 
   return {
     element,
-    show(next) {
+    /** Show the rules of a grammar; rules that are being edited stay as they are. */
+    show(next: GrammarReply): void {
       if (facts && facts.grammar !== next.grammar) editing = false;
       facts = next;
       draw();

@@ -3,25 +3,13 @@
 import { REDUCED } from "../../dom/wishes.ts";
 import type { Track } from "../../api/container.ts";
 import { messageOf } from "../../api/client.ts";
-import { makePlayer, type Player } from "../../player/player.ts";
+import { makePlayer } from "../../player/player.ts";
 import { seek } from "../../player/playback.ts";
 import type { Context } from "../view.ts";
 import type { TerminalColours } from "./colours.ts";
 import { timesOf } from "./layout.ts";
 import { makeRibbon } from "./ribbon.ts";
 import type { SequenceReply } from "../../api/types.ts";
-
-export interface Scene {
-  readonly element: HTMLElement;
-  readonly player: Player;
-  /** Play a sequence; after an edit the camera stays and the time goes on at the edit. */
-  show(sequence: SequenceReply, colours: TerminalColours, keepCamera: boolean): Promise<void>;
-  /** Loop the terminals of a region; null: everything. */
-  mark(region: readonly [start: number, end: number] | null): void;
-  /** Show nothing. */
-  rest(): void;
-  close(): void;
-}
 
 /** Seconds around a region that are looped with it: the seams are seen. */
 const AROUND = 0.4;
@@ -30,7 +18,7 @@ const [ELEVATION, NEAR] = [0.45, 5.5];
 /** Seen from above, a path needs this much more distance than from the side. Chosen by eye. */
 const FROM_ABOVE = 1.2;
 
-export function makeScene(context: Context, corners: HTMLElement): Scene {
+export function makeScene(context: Context, corners: HTMLElement) {
   const player = makePlayer(context.stage, { label: "The sequence" });
   const ribbon = makeRibbon(player.screen);
   player.element.querySelector(".player-stage")!.append(corners);
@@ -71,7 +59,8 @@ export function makeScene(context: Context, corners: HTMLElement): Scene {
   return {
     element: player.element,
     player,
-    async show(next, colours, keepCamera) {
+    /** Play a sequence; after an edit the camera stays and the time goes on at the edit. */
+    async show(next: SequenceReply, colours: TerminalColours, keepCamera: boolean): Promise<void> {
       sequence = next;
       tracks = null;
       if (!keepCamera) player.say("Loading…");
@@ -90,19 +79,23 @@ export function makeScene(context: Context, corners: HTMLElement): Scene {
         if (sequence === next) player.say(messageOf(fault));
       }
     },
-    mark(next) {
+    /** Loop the terminals of a region; null: everything. */
+    mark(next: readonly [start: number, end: number] | null): void {
       region = next;
       if (!tracks) return;
       ribbon.mark(next);
       loop();
     },
-    rest() {
+    /** Show nothing. */
+    rest(): void {
       sequence = region = tracks = null;
       player.show({ tracks: [] });
     },
-    close() {
+    close(): void {
       ribbon.close();
       player.close();
     },
   };
 }
+
+export type Scene = ReturnType<typeof makeScene>;

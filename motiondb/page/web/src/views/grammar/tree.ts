@@ -8,19 +8,11 @@ import type { TerminalColours } from "./colours.ts";
 import { depthsOf, placeOf, type StripLayout } from "./layout.ts";
 import type { SequenceReply, TreeNode } from "../../api/types.ts";
 
-export interface ParseTree {
-  readonly element: HTMLElement;
-  show(sequence: SequenceReply, layout: StripLayout, colours: TerminalColours): void;
-  /** Highlight the region; null: none. */
-  mark(node: number | null): void;
-}
-
 /** Height of a level, pixels. */
 const ROW = 22;
 
-export function makeParseTree(choose: (node: number) => void): ParseTree {
-  const element = h("div", {
-    class: "parse-tree",
+export function makeParseTree(choose: (node: number) => void) {
+  const element = h("div.parse-tree", {
     role: "tree",
     "aria-label": "Parse tree. Arrow keys walk over it, Enter chooses a region",
   });
@@ -82,13 +74,13 @@ export function makeParseTree(choose: (node: number) => void): ParseTree {
           },
         },
       },
-      h("span", { class: "tree-symbol" }, symbol),
+      h("span.tree-symbol", symbol),
     );
   }
 
   return {
     element,
-    show(sequence, layout, colours) {
+    show(sequence: SequenceReply, layout: StripLayout, colours: TerminalColours): void {
       tree = sequence.nodes;
       const depths = depthsOf(tree);
       const height = (depths.reduce((most, depth) => Math.max(most, depth), 0) + 1) * ROW;
@@ -102,8 +94,7 @@ export function makeParseTree(choose: (node: number) => void): ParseTree {
         }
         const [left, width] = placeOf(layout, node.start, node.end);
         leaves.push(
-          h("div", {
-            class: "tree-leaf",
+          h("div.tree-leaf", {
             role: "presentation",
             style: {
               left: `${100 * left}%`,
@@ -118,7 +109,8 @@ export function makeParseTree(choose: (node: number) => void): ParseTree {
       fill(element, leaves, [...bars.values()]);
       setFocused(0);
     },
-    mark(node) {
+    /** Highlight the region; null: none. */
+    mark(node: number | null): void {
       for (const [i, one] of bars) {
         one.classList.toggle("chosen", i === node);
         one.setAttribute("aria-selected", String(i === node));

@@ -1,7 +1,7 @@
 /** One answer: it plays the matched interval over the timeline of its take. */
 
 import { get } from "../../api/client.ts";
-import type { CaptureDetails, ShownMatch, MatchPart } from "../../api/types.ts";
+import type { ShownMatch, MatchPart } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h, type Child } from "../../dom/element.ts";
 import { interval, probability, seconds } from "../../parts/text.ts";
@@ -21,7 +21,6 @@ import {
   sayGrade,
   sayPart,
   type Certainty,
-  type Grade,
   type Replaced,
 } from "./certainty.ts";
 import { reasonsElement } from "./reasons.ts";
@@ -35,13 +34,6 @@ export interface AnswerOptions {
   measured: readonly string[];
   /** Absent in a file without a server: nothing can be selected, opened or asked. */
   actions?: { select(match: ShownMatch, selected: boolean): void };
-}
-
-export interface AnswerCard {
-  readonly element: HTMLElement;
-  readonly grade: Grade;
-  setSelected(selected: boolean): void;
-  close(): void;
 }
 
 /** The intervals that were found, those of the parts where they are known, and which are likely. */
@@ -62,9 +54,9 @@ function lanesOf(match: ShownMatch): Lane[] {
 }
 
 function bar(value: number): HTMLElement {
-  const fill = h("span", { class: "meter-fill" });
+  const fill = h("span.meter-fill");
   fill.style.width = `${Math.round(value * 100)}%`;
-  return h("span", { class: "meter-bar", "aria-hidden": "true" }, fill);
+  return h("span.meter-bar", { "aria-hidden": "true" }, fill);
 }
 
 /** The verdict of a card: how certain the whole answer is, once. */
@@ -73,23 +65,22 @@ function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptio
   const said = saysAll(match) ? sayPart(match.parts[0], options.replaced) : null;
   const shown = saysAll(match) ? (value ?? match.parts[0].probability) : value;
   const what = said
-    ? [h("b", {}, said.words), said.instead ? `, for “${said.instead}”` : ""]
+    ? [h("b", said.words), said.instead ? `, for “${said.instead}”` : ""]
     : match.parts.length > 0
-      ? h("b", {}, "all of it")
+      ? h("b", "all of it")
       : match.reason
         ? match.reason
-        : h("b", {}, "the same kind of movement");
+        : h("b", "the same kind of movement");
   if (shown !== null) {
     return h(
-      "p",
-      { class: "answer-verdict", title: "The probability that this capture shows it" },
-      h("span", {}, what),
+      "p.answer-verdict",
+      { title: "The probability that this capture shows it" },
+      h("span", what),
       h(
-        "span",
-        { class: "meter-pair" },
+        "span.meter-pair",
         bar(shown),
-        h("span", { class: "meter-value" }, probability(shown)),
-        h("span", { class: "muted" }, sayGrade(shown)),
+        h("span.meter-value", probability(shown)),
+        h("span.muted", sayGrade(shown)),
       ),
     );
   }
@@ -101,13 +92,12 @@ function verdictOf(match: ShownMatch, certainty: Certainty, options: AnswerOptio
       ? `measured: ${options.measured.join(", ")}`
       : `score ${probability(match.score)}, no probability`;
   return h(
-    "p",
-    { class: "answer-verdict" },
-    h("span", {}, what),
+    "p.answer-verdict",
+    h("span", what),
     match.contradicted.length > 0
-      ? h("span", {}, `the motion speaks against it; measured: ${match.contradicted.join(", ")}`)
-      : h("span", {}, most !== null ? `at most ${probability(most)}` : score ? ranked : "not measured"),
-    match.reason.includes("not seen in this order") ? h("span", {}, "not seen in this order") : null,
+      ? h("span", `the motion speaks against it; measured: ${match.contradicted.join(", ")}`)
+      : h("span", most !== null ? `at most ${probability(most)}` : score ? ranked : "not measured"),
+    match.reason.includes("not seen in this order") ? h("span", "not seen in this order") : null,
   );
 }
 
@@ -126,13 +116,11 @@ function placesOf(match: ShownMatch, options: AnswerOptions, play: (time: number
   const moment = (start: number, end: number, sure: boolean, title = "Play from there"): Child =>
     button("time", `${sure ? "" : "about "}${interval(start, end)}`, () => play(start), { title });
   if (parts.length === 0)
-    return match.place === "unknown"
-      ? null
-      : h("p", { class: "found" }, moment(match.start, match.end, true));
+    return match.place === "unknown" ? null : h("p.found", moment(match.start, match.end, true));
   const alone = saysAll(match);
   const place = (part: MatchPart): Child => {
-    if (part.place !== "known") return h("span", {}, "somewhere in it, as its caption says");
-    if (isWhole(part, match.duration)) return h("span", {}, "from beginning to end");
+    if (part.place !== "known") return h("span", "somewhere in it, as its caption says");
+    if (isWhole(part, match.duration)) return h("span", "from beginning to end");
     const chance = part.interval_probability;
     const sure = chance !== null && isPlaced(part);
     const title =
@@ -140,15 +128,13 @@ function placesOf(match: ShownMatch, options: AnswerOptions, play: (time: number
     return moment(part.start, part.end, sure, title);
   };
   return h(
-    "ul",
-    { class: "plain found" },
+    "ul.plain.found",
     parts.map((part) => {
-      if (alone) return h("li", {}, place(part));
+      if (alone) return h("li", place(part));
       const said = sayPart(part, options.replaced);
       return h(
         "li",
-        {},
-        h("b", {}, said.words),
+        h("b", said.words),
         said.instead ? `, for “${said.instead}”` : "",
         match.probability !== null || match.parts.every((one) => one.probability === null)
           ? " " // the verdict says it
@@ -172,7 +158,7 @@ export function makeAnswer(
   context: { stage: Stage; motions: Motions },
   match: ShownMatch,
   options: AnswerOptions,
-): AnswerCard {
+) {
   const { actions } = options;
   const part: Interval = [match.start, match.end];
   const certainty = certaintyOf(match);
@@ -202,16 +188,16 @@ export function makeAnswer(
     on: { change: () => actions?.select(match, checkbox.checked) },
   });
   const name = actions
-    ? h("a", { href: routeTo("catalogue", placeOf(match)), class: "capture-name" }, match.capture)
-    : h("span", { class: "capture-name" }, match.capture);
+    ? h("a.capture-name", { href: routeTo("catalogue", placeOf(match)) }, match.capture)
+    : h("span.capture-name", match.capture);
   const explain = match.explain
-    ? h("details", { class: "why" }, h("summary", {}, "Why this answer"), reasonsElement(match.explain))
+    ? h("details.why", h("summary", "Why this answer"), reasonsElement(match.explain))
     : null;
   const wordsButton = button("link", "Likely words", () => void addWords());
 
   async function addWords(): Promise<void> {
     wordsButton.remove();
-    const facts = await get<CaptureDetails>("/api/capture", { name: match.capture });
+    const facts = await get("/api/capture", { name: match.capture });
     timeline.setLanes([...lanes, wordLane(facts.recognised)]);
   }
 
@@ -222,39 +208,35 @@ export function makeAnswer(
       "aria-label": `Answer ${match.rank}: ${match.capture}`,
     },
     h(
-      "header",
-      { class: "answer-head" },
-      actions ? h("label", { class: "check" }, checkbox) : null,
-      h("span", { class: "rank" }, match.rank),
+      "header.answer-head",
+      actions ? h("label.check", checkbox) : null,
+      h("span.rank", match.rank),
       name,
-      h("span", { class: "time muted" }, `${seconds(match.duration)} long`),
+      h("span.time.muted", `${seconds(match.duration)} long`),
     ),
     clip.element,
     timeline.element,
   );
   const whole = (match.timeline?.words ?? []).filter((one) => one.start === null).map((one) => one.words);
-  const facts = h("div", { class: "answer-facts" });
+  const facts = h("div.answer-facts");
   fill(
     facts,
     verdictOf(match, certainty, options),
     placesOf(match, options, (time) => void clip.playFrom(time)),
-    whole.length > 0 ? h("p", { class: "answer-caption", title: whole.join("; ") }, `“${whole[0]}”`) : null,
+    whole.length > 0 ? h("p.answer-caption", { title: whole.join("; ") }, `“${whole[0]}”`) : null,
     match.parts.length === 0 && match.words.length > 0
-      ? h("p", { class: "small" }, `likely words: ${match.words.join(", ")}`)
+      ? h("p.small", `likely words: ${match.words.join(", ")}`)
       : null,
   );
   const foot = h(
-    "div",
-    { class: "answer-foot" },
+    "div.answer-foot",
     explain,
     h(
-      "div",
-      { class: "row answer-actions" },
+      "div.row.answer-actions",
       actions
         ? h(
-            "a",
+            "a.link",
             {
-              class: "link",
               href: routeTo("search", {
                 like: match.ref,
                 start: match.start.toFixed(3),
@@ -266,8 +248,8 @@ export function makeAnswer(
         : null,
       actions ? wordsButton : null,
       h(
-        "span",
-        { class: "muted small licence", title: "Licence" },
+        "span.muted.small.licence",
+        { title: "Licence" },
         match.licence ? `licence ${match.licence}` : "licence not known",
       ),
     ),
@@ -279,9 +261,11 @@ export function makeAnswer(
   return {
     element,
     grade: certainty.grade,
-    setSelected(selected) {
+    setSelected(selected: boolean): void {
       checkbox.checked = selected;
     },
     close: () => clip.close(),
   };
 }
+
+export type AnswerCard = ReturnType<typeof makeAnswer>;

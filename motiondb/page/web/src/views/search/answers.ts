@@ -16,20 +16,8 @@ type Answer = LikeReply | SearchReply;
 /** The groups of answers, from the top to the bottom. */
 const GROUPS: readonly (readonly Grade[])[] = [["likely", "unmeasured"], ["unlikely"], ["folded"]];
 
-export interface Answers {
-  readonly element: HTMLElement;
-  /** `among`: not the whole database was asked, but the captures of a filter. */
-  show(answer: Answer, among?: boolean): void;
-  clear(): void;
-  /** Show that there will be answers, while there are none. */
-  wait(): void;
-}
-
-export function makeAnswers(
-  context: { stage: Stage; motions: Motions },
-  selection: Selection | null,
-): Answers {
-  const element = h("section", { class: "answers", "aria-label": "Answers" });
+export function makeAnswers(context: { stage: Stage; motions: Motions }, selection: Selection | null) {
+  const element = h("section.answers", { "aria-label": "Answers" });
   let cards: AnswerCard[] = [];
 
   function clear(): void {
@@ -44,16 +32,11 @@ export function makeAnswers(
     const none = answer.matches_anything === false;
     if (none || (grades.length > 0 && grades.every((grade) => grade === "unlikely" || grade === "folded"))) {
       return h(
-        "div",
-        { class: "verdict not-here", role: "status" },
-        h(
-          "h2",
-          {},
-          none ? (among ? "Not among these captures" : "Not in this database") : "No likely answer",
-        ),
+        "div.verdict.not-here",
+        { role: "status" },
+        h("h2", none ? (among ? "Not among these captures" : "Not in this database") : "No likely answer"),
         h(
           "p",
-          {},
           answer.matches.length === 0
             ? "Nothing is similar to it."
             : none
@@ -63,8 +46,8 @@ export function makeAnswers(
       );
     }
     return h(
-      "p",
-      { class: "verdict muted", role: "status" },
+      "p.verdict.muted",
+      { role: "status" },
       likely > 0 ? plural(likely, "likely answer") : plural(answer.matches.length, "answer"),
       answer.not_yet_learned > 0 ? ` · ${plural(answer.not_yet_learned, "capture")} not learned yet` : "",
     );
@@ -76,25 +59,20 @@ export function makeAnswers(
       cards.filter((card) => grades.includes(card.grade)).map((card) => card.element),
     ) as [HTMLElement[], HTMLElement[], HTMLElement[]];
     return [
-      main.length > 0 ? h("div", { class: "answer-grid" }, main) : null,
+      main.length > 0 ? h("div.answer-grid", main) : null,
       unlikely.length > 0
-        ? [
-            main.length > 0 ? h("h2", { class: "group-head" }, "Unlikely") : null,
-            h("div", { class: "answer-grid smaller" }, unlikely),
-          ]
+        ? [main.length > 0 ? h("h2.group-head", "Unlikely") : null, h("div.answer-grid.smaller", unlikely)]
         : null,
       folded.length > 0
         ? h(
-            "details",
-            { class: "folded" },
+            "details.folded",
             h(
               "summary",
-              {},
               main.length + unlikely.length > 0
                 ? `${folded.length} more, ${folded.length > 1 ? "all " : ""}below ${FLOOR}`
                 : `Show the nearest: ${plural(folded.length, "answer")} below ${FLOOR}`,
             ),
-            h("div", { class: "answer-grid smaller" }, folded),
+            h("div.answer-grid.smaller", folded),
           )
         : null,
     ];
@@ -105,21 +83,23 @@ export function makeAnswers(
     if (cards.length > 0) return;
     const empty = Array.from({ length: 8 }, () =>
       h(
-        "div",
-        { class: "skeleton", "aria-hidden": "true" },
-        h("div", { class: "skeleton-picture" }),
-        h("div", { class: "skeleton-line" }),
-        h("div", { class: "skeleton-line short" }),
+        "div.skeleton",
+        { "aria-hidden": "true" },
+        h("div.skeleton-picture"),
+        h("div.skeleton-line"),
+        h("div.skeleton-line.short"),
       ),
     );
-    fill(element, h("div", { class: "answer-grid" }, empty));
+    fill(element, h("div.answer-grid", empty));
   }
 
   return {
     element,
     clear,
+    /** Show that there will be answers, while there are none. */
     wait,
-    show(answer, among = false) {
+    /** `among`: not the whole database was asked, but the captures of a filter. */
+    show(answer: Answer, among = false): void {
       clear();
       selection?.clear();
       if (answer.matches.length === 0 && answer.matches_anything !== false) {
@@ -156,3 +136,5 @@ export function makeAnswers(
     },
   };
 }
+
+export type Answers = ReturnType<typeof makeAnswers>;

@@ -8,16 +8,12 @@ import type { Context } from "../view.ts";
 export async function searchByFile(context: Context, files: readonly NamedFile[]): Promise<void> {
   if (files.length === 0) return;
   const { send, refused } = sortFiles(files, context.status().accepts);
-  try {
-    if (send.length === 0) {
-      throw new Error(`${refused[0]?.name ?? "The file"}: ${refused[0]?.message ?? "cannot be read"}.`);
-    }
-    context.notify(`Reading ${send[0]!.path}…`);
-    const sent = await upload(send);
-    const capture = sent.files.find((one) => one.kind === "capture");
-    if (!capture) throw new Error("None of these files is a capture.");
-    go(routeTo("search", { like: capture.ref }));
-  } catch (fault) {
-    context.fail(fault);
+  if (send.length === 0) {
+    throw new Error(`${refused[0]?.name ?? "The file"}: ${refused[0]?.message ?? "cannot be read"}.`);
   }
+  context.notify(`Reading ${send[0]!.path}…`);
+  const sent = await upload(send);
+  const capture = sent.files.find((one) => one.kind === "capture");
+  if (!capture) throw new Error("None of these files is a capture.");
+  go(routeTo("search", { like: capture.ref }));
 }

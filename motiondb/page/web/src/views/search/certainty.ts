@@ -51,19 +51,14 @@ export function replacedWords(answer: Pick<SearchReply, "taken">): Replaced {
   );
 }
 
-export interface SaidPart {
-  /** The words that were really looked for. */
-  words: string;
-  /** The words of the question that they stand for; "" where they are the same. */
-  instead: string;
-}
-
 /** A part in the words that were really looked for. */
-export function sayPart(part: Pick<MatchPart, "words">, replaced: Replaced): SaidPart {
+export function sayPart(part: Pick<MatchPart, "words">, replaced: Replaced) {
   const asked = part.words.split(" ");
   const instead = asked.filter((word) => replaced.has(word));
   return {
+    /** The words that were really looked for. */
     words: asked.map((word) => replaced.get(word) ?? word).join(" "),
+    /** The words of the question that they stand for; "" where they are the same. */
     instead: instead.join(" "),
   };
 }

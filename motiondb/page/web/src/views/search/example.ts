@@ -1,7 +1,6 @@
 /** The example of a search: a capture or an uploaded file, with the part that is searched for. */
 
 import { ApiError, get, isAbort } from "../../api/client.ts";
-import type { CaptureDetails, DescribeReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
 import { h } from "../../dom/element.ts";
 import { icon } from "../../dom/icons.ts";
@@ -9,14 +8,6 @@ import { makeTake } from "../../take/take.ts";
 import { captionLane, symbolLane, wordLane, type Lane } from "../../timeline/lanes.ts";
 import type { Interval } from "../../timeline/timeline.ts";
 import type { Context } from "../view.ts";
-
-export interface Example {
-  readonly element: HTMLElement;
-  /** Show an example; a part that is selected by the user calls `selected`. */
-  show(ref: string, part: Interval | null): Promise<void>;
-  readonly part: Interval | null;
-  close(): void;
-}
 
 /** The name of the played motion, shown to the user. */
 export function nameOf(ref: string): string {
@@ -26,31 +17,26 @@ export function nameOf(ref: string): string {
 
 async function lanesOf(ref: string): Promise<Lane[]> {
   if (ref.startsWith("capture:")) {
-    const facts = await get<CaptureDetails>("/api/capture", { name: nameOf(ref) });
+    const facts = await get("/api/capture", { name: nameOf(ref) });
     return [captionLane(facts.words, facts.duration), symbolLane(facts.segments), wordLane(facts.recognised)];
   }
-  const described = await get<DescribeReply>("/api/describe", { ref });
+  const described = await get("/api/describe", { ref });
   const symbols = described.words.flatMap(({ start, end, symbols: list }) =>
     list.length === 1 ? [{ start, end, symbol: list[0]!, log_likelihood: null, known: true }] : [],
   );
   return [symbolLane(symbols), wordLane(described.words)];
 }
 
-export function makeExample(
-  context: Context,
-  selected: (part: Interval | null) => void,
-  leave: () => void,
-): Example {
-  const title = h("h2", {});
+export function makeExample(context: Context, selected: (part: Interval | null) => void, leave: () => void) {
+  const title = h("h2");
   const take = makeTake(context, { label: "Example", onSelect: (part) => ready && selected(part) });
   let ready = false;
   let shown = "";
   const element = h(
-    "section",
-    { class: "example", "aria-label": "Example" },
+    "section.example",
+    { "aria-label": "Example" },
     h(
-      "div",
-      { class: "details-head" },
+      "div.details-head",
       title,
       button("tool", icon("close"), leave, { "aria-label": "Remove the example" }),
     ),
@@ -58,7 +44,8 @@ export function makeExample(
   );
   return {
     element,
-    async show(ref, part) {
+    /** Show an example; a part that is selected by the user calls `selected`. */
+    async show(ref: string, part: Interval | null): Promise<void> {
       title.textContent = `Like ${nameOf(ref)}`;
       if (shown === ref) return;
       shown = ref;
@@ -81,3 +68,5 @@ export function makeExample(
     close: () => take.close(),
   };
 }
+
+export type Example = ReturnType<typeof makeExample>;

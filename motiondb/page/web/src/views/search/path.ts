@@ -49,19 +49,17 @@ function lineOf(points: readonly Point[]): SVGElement[] {
   if (points.length === 0) return [];
   const [first] = points;
   return [
-    svg("polyline", {
+    svg("polyline.path-line", {
       points: points.map(([x, y]) => `${x},${-y}`).join(" "),
-      class: "path-line",
       "marker-end": "url(#path-end)",
     }),
-    svg("circle", { cx: first![0], cy: -first![1], r: 0.12, class: "path-start" }),
+    svg("circle.path-start", { cx: first![0], cy: -first![1], r: 0.12 }),
   ];
 }
 
 /** A floor of 8 by 8 m to draw on, with the points as text below it; `drew` ends a drawn line. */
 export function makePathField(id: string, drew: () => void): PathField {
-  const text = h("input", {
-    class: "field",
+  const text = h("input.field", {
     id,
     placeholder: "0,0 0,2 -1.5,2",
     spellcheck: false,
@@ -69,12 +67,12 @@ export function makePathField(id: string, drew: () => void): PathField {
   });
   const line = svg("g");
   const grid = Array.from({ length: 2 * REACH - 1 }, (_, n) => n - REACH + 1).flatMap((at) => [
-    svg("line", { x1: at, x2: at, y1: -REACH, y2: REACH, class: "path-grid" }),
-    svg("line", { y1: at, y2: at, x1: -REACH, x2: REACH, class: "path-grid" }),
+    svg("line.path-grid", { x1: at, x2: at, y1: -REACH, y2: REACH }),
+    svg("line.path-grid", { y1: at, y2: at, x1: -REACH, x2: REACH }),
   ]);
   const floor = svg(
-    "svg",
-    { viewBox: `${-REACH} ${-REACH} ${2 * REACH} ${2 * REACH}`, class: "path-floor", "aria-hidden": "true" },
+    "svg.path-floor",
+    { viewBox: `${-REACH} ${-REACH} ${2 * REACH} ${2 * REACH}`, "aria-hidden": "true" },
     svg(
       "marker",
       {
@@ -86,7 +84,7 @@ export function makePathField(id: string, drew: () => void): PathField {
         markerWidth: 4,
         markerHeight: 4,
       },
-      svg("path", { d: "M0 0 L4 2 L0 4 z", class: "path-start" }),
+      svg("path.path-start", { d: "M0 0 L4 2 L0 4 z" }),
     ),
     grid,
     line,
@@ -127,15 +125,10 @@ export function makePathField(id: string, drew: () => void): PathField {
   floor.addEventListener("pointercancel", end);
   return {
     element: h(
-      "div",
-      { class: "path-field" },
+      "div.path-field",
       floor,
       text,
-      h(
-        "p",
-        { class: "muted small" },
-        "Drawn from above; a square is a metre. Place and direction are free.",
-      ),
+      h("p.muted.small", "Drawn from above; a square is a metre. Place and direction are free."),
     ),
     get value() {
       return text.value.trim();

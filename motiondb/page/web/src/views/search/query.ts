@@ -4,7 +4,7 @@ import type { Parameters } from "../../api/client.ts";
 import { filterOf } from "../catalogue/filter.ts";
 
 /** The request for a question in words. */
-export function wordsQuery(address: URLSearchParams): [path: string, parameters: Parameters] {
+export function wordsQuery(address: URLSearchParams): [path: "/api/search", parameters: Parameters] {
   const value = (name: string): string => address.get(name) ?? "";
   return [
     "/api/search",

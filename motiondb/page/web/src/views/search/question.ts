@@ -90,19 +90,14 @@ export function chipsOf(tree: QuestionTree, inside = false): Chip[] {
 }
 
 function chipElement(chip: Chip): HTMLElement {
-  if (chip.kind === "joint") return h("span", { class: "chip-joint" }, chip.text);
+  if (chip.kind === "joint") return h("span.chip-joint", chip.text);
   if (chip.kind === "action") {
-    return h(
-      "span",
-      { class: "chip" },
-      chip.text,
-      chip.detail ? h("span", { class: "chip-detail" }, chip.detail) : null,
-    );
+    return h("span.chip", chip.text, chip.detail ? h("span.chip-detail", chip.detail) : null);
   }
   return h(
     "span",
     { class: chip.excluded ? "chip-group excluded" : "chip-group" },
-    chip.text ? h("span", { class: "chip-joint" }, chip.text) : null,
+    chip.text ? h("span.chip-joint", chip.text) : null,
     chip.chips.map(chipElement),
   );
 }
@@ -110,15 +105,10 @@ function chipElement(chip: Chip): HTMLElement {
 /** The symbols that a question was decoded to, each a link to its place on the map. */
 export function decodingElement(decoding: Decoding): HTMLElement {
   return h(
-    "p",
-    { class: "small" },
+    "p.small",
     "Taken as the movements ",
     decoding.symbols.map((symbol) => [h("a", { href: routeTo("symbols", { symbol }) }, symbol), " "]),
-    h(
-      "span",
-      { class: "muted" },
-      `(log-probability ${signed(decoding.log_probability)}, ${decoding.certificate})`,
-    ),
+    h("span.muted", `(log-probability ${signed(decoding.log_probability)}, ${decoding.certificate})`),
   );
 }
 
@@ -151,36 +141,28 @@ export function questionElement(
         const known = near.get(word)!;
         return known.length > 0 && !sentence.includes("perhaps") ? ["; perhaps ", link(word, known)] : [];
       });
-      return h("li", {}, sayShare(sentence), instead);
+      return h("li", sayShare(sentence), instead);
     });
   const left = [...near].filter(([word]) => !named.has(word));
   return h(
-    "div",
-    { class: "question" },
+    "div.question",
     question.tree
       ? h(
-          "p",
-          { class: "chips", title: question.understood, "aria-label": `Understood: ${question.understood}` },
-          h("span", { class: "chips-lead" }, "Understood"),
+          "p.chips",
+          { title: question.understood, "aria-label": `Understood: ${question.understood}` },
+          h("span.chips-lead", "Understood"),
           chipsOf(question.tree).map(chipElement),
         )
-      : h(
-          "p",
-          { class: "chips" },
-          h("span", { class: "chips-lead" }, "Understood"),
-          question.understood || "nothing",
-        ),
+      : h("p.chips", h("span.chips-lead", "Understood"), question.understood || "nothing"),
     h(
-      "ul",
-      { class: "plain remarks" },
+      "ul.plain.remarks",
       question.not_used
         .filter(({ text }) => !near.has(text))
-        .map(({ text, reason }) => h("li", {}, `“${text}” is not used: ${reason}`)),
+        .map(({ text, reason }) => h("li", `“${text}” is not used: ${reason}`)),
       remarks,
       left.map(([word, known]) =>
         h(
           "li",
-          {},
           `'${word}' is not in the captions; left out`,
           known.length > 0 ? ["; perhaps ", link(word, known)] : null,
         ),

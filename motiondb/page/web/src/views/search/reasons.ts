@@ -58,37 +58,32 @@ export function reasonsElement(explanation: Explanation): HTMLElement {
   const rows = reasonRows(explanation);
   const largest = Math.max(...rows.map((row) => Math.abs(row.amount)), 1);
   return h(
-    "table",
-    { class: "reasons" },
+    "table.reasons",
     h(
       "caption",
-      {},
       `What speaks for it (+) and against it (−). The rows add up to the log-odds ${nats(explanation.log_odds)}. Usual: before its motion is looked at; written: its captions say it; likeness: to the captions nearest to its motion; symbol: one of its movements.`,
     ),
     h(
       "tbody",
-      {},
       rows.flatMap((row) => {
         const bar = h("span", { class: row.amount < 0 ? "reason-bar against" : "reason-bar" });
         bar.style.width = `${(Math.abs(row.amount) / largest) * 100}%`;
         return [
           h(
             "tr",
-            {},
             h("th", { scope: "row" }, row.label),
-            h("td", { class: "number-cell" }, nats(row.amount)),
-            h("td", { class: "reason-cell" }, bar),
+            h("td.number-cell", nats(row.amount)),
+            h("td.reason-cell", bar),
           ),
-          h("tr", {}, h("td", { class: "reason-detail", colspan: 3 }, row.detail)),
+          h("tr", h("td.reason-detail", { colspan: 3 }, row.detail)),
         ];
       }),
       explanation.suggests.length
         ? h(
             "tr",
-            {},
             h(
-              "td",
-              { class: "reason-detail", colspan: 3 },
+              "td.reason-detail",
+              { colspan: 3 },
               `Captions nearest to its motion: ${explanation.suggests.join("; ")}.`,
             ),
           )

@@ -52,27 +52,22 @@ export function makeRhythmField(id: string, ended: () => void): RhythmField {
   let taps: readonly number[] = [];
   let waiting: ReturnType<typeof setTimeout> | undefined;
   let replaying: ReturnType<typeof setTimeout> | undefined;
-  const text = h("input", {
-    class: "field",
+  const text = h("input.field", {
     id,
     placeholder: "0 0.5 1 1.5",
     spellcheck: false,
     on: { input: () => show() },
   });
   const marks = svg("g");
-  const dot = svg("circle", { cy: 12, r: 4, class: "tap-dot" });
+  const dot = svg("circle.tap-dot", { cy: 12, r: 4 });
   const strip = svg(
-    "svg",
-    { viewBox: "0 0 240 24", class: "tap-strip", "aria-hidden": "true" },
-    svg("line", { x1: 8, x2: 232, y1: 12, y2: 12, class: "path-grid tap-line" }),
+    "svg.tap-strip",
+    { viewBox: "0 0 240 24", "aria-hidden": "true" },
+    svg("line.path-grid.tap-line", { x1: 8, x2: 232, y1: 12, y2: 12 }),
     marks,
     dot,
   );
-  const pad = h(
-    "button",
-    { type: "button", class: "button plain tap-pad", "aria-describedby": `${id}-hint` },
-    "Tap",
-  );
+  const pad = h("button.button.plain.tap-pad", { type: "button", "aria-describedby": `${id}-hint` }, "Tap");
   const replayButton = button("plain", "Replay", () => (replaying === undefined ? replay() : stop()));
   const clearButton = button("plain", "Clear", () => {
     end();
@@ -80,7 +75,7 @@ export function makeRhythmField(id: string, ended: () => void): RhythmField {
     show();
     pad.focus();
   });
-  const told = h("span", { class: "muted small", role: "status" });
+  const told = h("span.muted.small", { role: "status" });
 
   const placeOf = (at: number, times: readonly number[]): number =>
     8 + (224 * (at - times[0]!)) / Math.max(times.at(-1)! - times[0]!, PAUSE);
@@ -92,12 +87,11 @@ export function makeRhythmField(id: string, ended: () => void): RhythmField {
     fill(
       marks,
       times.map((at) =>
-        svg("line", {
+        svg("line.path-line.tap-mark", {
           x1: placeOf(at, times),
           x2: placeOf(at, times),
           y1: 3,
           y2: 21,
-          class: "path-line tap-mark",
         }),
       ),
     );
@@ -165,15 +159,14 @@ export function makeRhythmField(id: string, ended: () => void): RhythmField {
   show();
   return {
     element: h(
-      "div",
-      { class: "path-field" },
+      "div.path-field",
       pad,
       strip,
-      h("div", { class: "tap-tools" }, replayButton, clearButton, told),
+      h("div.tap-tools", replayButton, clearButton, told),
       text,
       h(
-        "p",
-        { class: "muted small", id: `${id}-hint` },
+        "p.muted.small",
+        { id: `${id}-hint` },
         "Three or more taps where the feet should land: press it, or the space bar while it has the focus. After a pause it is searched; the next tap begins anew.",
       ),
     ),

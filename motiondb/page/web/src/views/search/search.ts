@@ -1,10 +1,10 @@
 /** Search: the answers to the question in the head, or to an example, play side by side. */
 
+import { choice, named, onSubmit } from "../../dom/fields.ts";
 import { get, isAbort } from "../../api/client.ts";
-import type { LikeReply, SearchReply } from "../../api/types.ts";
 import { fill, h } from "../../dom/element.ts";
 import { onDrop } from "../../parts/dropping.ts";
-import { amend, go, replace, routeTo } from "../../shell/router.ts";
+import { amend, go, partOf, replace, routeTo } from "../../shell/router.ts";
 import type { Interval } from "../../timeline/timeline.ts";
 import type { Context, OpenView } from "../view.ts";
 import { filterOf } from "../catalogue/filter.ts";
@@ -53,23 +53,18 @@ const BESIDE = {
 
 export function open(host: HTMLElement, context: Context): OpenView {
   let wanted = {} as Wanted;
-  let asked = "";
+  let asked: string | null = null;
   let abort = new AbortController();
   let example: Example | null = null;
 
   const selection = makeSelection(context);
   const answers = makeAnswers(context, selection);
-  const where = h("input", {
-    class: "field",
+  const where = h("input.field", {
     id: "search-where",
     placeholder: "performer = ana",
     spellcheck: false,
   });
-  const limit = h(
-    "select",
-    { class: "field", id: "search-limit" },
-    ["5", "10", "20", "50"].map((one) => h("option", { value: one }, one)),
-  );
+  const limit = choice("search-limit", [5, 10, 20, 50]);
   const exact = h("input", { type: "checkbox", id: "search-exact" });
   const symbols = h("input", { type: "checkbox", id: "search-symbols" });
   const path = makePathField("search-path", () => form.requestSubmit());
@@ -78,51 +73,39 @@ export function open(host: HTMLElement, context: Context): OpenView {
     form.requestSubmit();
   });
   const understood = h("div", { "aria-live": "polite" });
-  const waiting = h("p", { class: "muted", role: "status" });
-  const exampleBox = h("div", { class: "example-box" });
+  const waiting = h("p.muted", { role: "status" });
+  const exampleBox = h("div.example-box");
   const more = h(
-    "details",
-    { class: "search-more" },
-    h("summary", {}, "Options"),
+    "details.search-more",
+    h("summary", "Options"),
     h(
-      "div",
-      { class: "search-options" },
+      "div.search-options",
       h(
-        "div",
-        { class: "form-grid" },
-        h("label", { for: "search-where" }, "Among captures where"),
-        where,
-        h("label", { for: "search-limit" }, "Answers"),
-        limit,
+        "div.form-grid",
+        named("Among captures where", where),
+        named("Answers", limit),
         h("label", { for: "search-exact" }, "Only known words"),
-        h(
-          "label",
-          { class: "check" },
-          exact,
-          h("span", { class: "muted small" }, "do not replace unknown words by known ones"),
-        ),
+        h("label.check", exact, h("span.muted.small", "do not replace unknown words by known ones")),
         h("label", { for: "search-symbols" }, "By movements"),
         h(
-          "label",
-          { class: "check" },
+          "label.check",
           symbols,
           h(
-            "span",
-            { class: "muted small" },
+            "span.muted.small",
             "turn the words into the movements that they usually mean, and search for these",
           ),
         ),
       ),
-      h("div", {}, h("label", { for: "search-path" }, "Along a path"), path.element),
-      h("div", {}, h("label", { for: "search-rhythm" }, "In a rhythm"), rhythm.element),
+      h("div", h("label", { for: "search-path" }, "Along a path"), path.element),
+      h("div", h("label", { for: "search-rhythm" }, "In a rhythm"), rhythm.element),
     ),
-    h("button", { class: "button plain", type: "submit" }, "Search again"),
+    h("button.button.plain", { type: "submit" }, "Search again"),
   );
-  const form = h("form", { class: "search-form" }, more);
+  const form = h("form.search-form", more);
   fill(
     host,
-    h("h1", { class: "hidden-heading" }, "Search"),
-    h("div", { class: "search-head" }, understood, form),
+    h("h1.hidden-heading", "Search"),
+    h("div.search-head", understood, form),
     waiting,
     exampleBox,
     answers.element,
@@ -130,8 +113,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
   );
   const endDrops = onDrop(host, (files) => void searchByFile(context, files));
 
-  form.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(form, () => {
     const options = {
       where: where.value.trim(),
       limit: limit.value === "10" ? "" : limit.value,
@@ -193,12 +175,12 @@ export function open(host: HTMLElement, context: Context): OpenView {
       const rest = { where: filterOf(wanted.where), limit: wanted.limit || "10" };
       if (beside) {
         const asked = { [beside.parameter]: wanted[kind!], words: wanted.q, ...rest };
-        const answer = await get<LikeReply>(beside.route, asked, signal);
+        const answer = await get(beside.route, asked, signal);
         const read = wanted.q ? `Read as: ${answer.read_as}; ` : "Answers are ";
-        fill(understood, h("p", { class: "small muted" }, `${read}${beside.said}`));
+        fill(understood, h("p.small.muted", `${read}${beside.said}`));
         answers.show(answer, wanted.where !== "");
       } else if (wanted.q) {
-        const answer = await get<SearchReply>(...wordsQuery(new URLSearchParams({ ...wanted })), signal);
+        const answer = await get(...wordsQuery(new URLSearchParams({ ...wanted })), signal);
         fill(
           understood,
           questionElement(
@@ -212,12 +194,12 @@ export function open(host: HTMLElement, context: Context): OpenView {
         );
         answers.show(answer, wanted.where !== "");
       } else {
-        const answer = await get<LikeReply>(
+        const answer = await get(
           "/api/like",
           { ref: wanted.like, start: wanted.start, end: wanted.end, ...rest },
           signal,
         );
-        fill(understood, answer.unchecked ? h("p", { class: "small muted" }, answer.unchecked) : null);
+        fill(understood, answer.unchecked ? h("p.small.muted", answer.unchecked) : null);
         answers.show(answer, wanted.where !== "");
       }
     } catch (fault) {
@@ -264,7 +246,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       path.value = wanted.path;
       rhythm.value = wanted.rhythm;
       if (wanted.where || wanted.exact || wanted.symbols || wanted.path || wanted.rhythm) more.open = true;
-      const key = JSON.stringify(wanted);
+      const key = partOf(parameters, NAMES);
       if (key === asked) return;
       asked = key;
       showExample();

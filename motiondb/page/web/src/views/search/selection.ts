@@ -10,22 +10,15 @@ import { go } from "../../shell/router.ts";
 import type { Context } from "../view.ts";
 import { addressWith, compareAddress, MOST } from "../compare/address.ts";
 
-export interface Selection {
-  readonly element: HTMLElement;
-  set(match: ShownMatch, selected: boolean): void;
-  clear(): void;
-  onClear(listener: () => void): void;
-}
-
-export function makeSelection(context: Context): Selection {
+export function makeSelection(context: Context) {
   const chosen = new Map<string, ShownMatch>();
   let cleared: () => void = () => undefined;
   const count = h("span", { role: "status" });
   const whole = h("input", { type: "checkbox", id: "whole-takes" });
   const compareButton = button("main", "Compare", () => compare());
   const element = h(
-    "div",
-    { class: "selection-bar", role: "region", "aria-label": "Selected answers", hidden: true },
+    "div.selection-bar",
+    { role: "region", "aria-label": "Selected answers", hidden: true },
     count,
     compareButton,
     context.status().read_only
@@ -34,7 +27,7 @@ export function makeSelection(context: Context): Selection {
           askSelection(context, items(), plural(chosen.size, "answer")),
         ),
     downloadButtons(context.status().writes, (format) => void save(format), false),
-    h("label", { class: "check", for: "whole-takes" }, whole, "whole takes"),
+    h("label.check", { for: "whole-takes" }, whole, "whole takes"),
     button("link", "Clear", () => {
       cleared();
       clear();
@@ -45,11 +38,7 @@ export function makeSelection(context: Context): Selection {
     [...chosen.values()].map(({ ref, start, end }) => (whole.checked ? { ref } : { ref, start, end }));
 
   async function save(format: FileFormat): Promise<void> {
-    try {
-      await download(items(), format);
-    } catch (fault) {
-      context.fail(fault);
-    }
+    await download(items(), format);
   }
 
   /** Compare the selected answers; one alone is added to the last comparison. */
@@ -76,13 +65,15 @@ export function makeSelection(context: Context): Selection {
 
   return {
     element,
-    set(match, selected) {
+    set(match: ShownMatch, selected: boolean): void {
       const key = `${match.ref} ${match.start} ${match.end}`;
       if (selected) chosen.set(key, match);
       else chosen.delete(key);
       show();
     },
     clear,
-    onClear: (listener) => void (cleared = listener),
+    onClear: (listener: () => void) => void (cleared = listener),
   };
 }
+
+export type Selection = ReturnType<typeof makeSelection>;

@@ -1,6 +1,8 @@
 /** The part of the library that is worth training on: a share, and what it covers of the map. */
 
-import { get, messageOf } from "../../api/client.ts";
+import { named } from "../../dom/fields.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { get, isAbort, messageOf } from "../../api/client.ts";
 import type { ChoiceReply } from "../../api/types.ts";
 import { h } from "../../dom/element.ts";
 import { plural } from "../../parts/text.ts";
@@ -17,8 +19,8 @@ export function choiceText({ choice, symbols }: ChoiceReply): string {
 
 /** Make the slider; `show` is told what was chosen. */
 export function makeChoice(show: (reply: ChoiceReply) => void): { readonly element: HTMLElement } {
-  const said = h("output", { class: "muted small", role: "status" });
-  const percent = h("span", {}, "3 %");
+  const said = h("output.muted.small", { role: "status" });
+  const percent = h("span", "3 %");
   const slider = h("input", {
     id: "train-share",
     type: "range",
@@ -31,25 +33,22 @@ export function makeChoice(show: (reply: ChoiceReply) => void): { readonly eleme
     },
   });
   const element = h(
-    "div",
-    { class: "row", role: "group", "aria-label": "What to train on" },
-    h("label", { for: "train-share" }, "To train on"),
-    slider,
+    "div.row",
+    { role: "group", "aria-label": "What to train on" },
+    named("To train on", slider),
     percent,
     said,
   );
-  let asked = 0;
+  const latest = makeLatest();
 
   async function choose(): Promise<void> {
-    const mine = ++asked;
     said.textContent = "Choosing…";
     try {
-      const reply = await get<ChoiceReply>("/api/choice", { share: Number(slider.value) / 100 });
-      if (mine !== asked) return;
+      const reply = await latest(get("/api/choice", { share: Number(slider.value) / 100 }));
       said.textContent = choiceText(reply);
       show(reply);
     } catch (fault) {
-      if (mine === asked) said.textContent = messageOf(fault);
+      if (!isAbort(fault)) said.textContent = messageOf(fault);
     }
   }
 

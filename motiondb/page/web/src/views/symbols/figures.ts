@@ -22,20 +22,11 @@ export interface Spot {
   y: number;
 }
 
-export interface MapFigures {
-  readonly element: HTMLCanvasElement;
-  /** Load the typical segments of these symbols. */
-  load(symbols: readonly PlacedSymbol[]): void;
-  /** Where figures stand, in units of the picture. */
-  place(spots: readonly Spot[]): void;
-  close(): void;
-}
-
 /** Pictures per second: enough for figures of this size. */
 const RATE = 15;
 
-export function makeMapFigures(motions: Motions, size: { width: number; height: number }): MapFigures {
-  const element = h("canvas", { class: "symbol-figures", "aria-hidden": "true" });
+export function makeMapFigures(motions: Motions, size: { width: number; height: number }) {
+  const element = h("canvas.symbol-figures", { "aria-hidden": "true" });
   const sketches = new Map<number, Sketch>();
   let spots: readonly Spot[] = [];
   let colours = figureShades();
@@ -82,7 +73,8 @@ export function makeMapFigures(motions: Motions, size: { width: number; height: 
 
   return {
     element,
-    load(symbols) {
+    /** Load the typical segments of these symbols. */
+    load(symbols: readonly PlacedSymbol[]): void {
       for (const { symbol, typical } of symbols) {
         if (!typical) continue;
         const { ref, start, end } = typical;
@@ -99,11 +91,12 @@ export function makeMapFigures(motions: Motions, size: { width: number; height: 
         );
       }
     },
-    place(next) {
+    /** Where figures stand, in units of the picture. */
+    place(next: readonly Spot[]): void {
       spots = next;
       stale = true;
     },
-    close() {
+    close(): void {
       closed = true;
       sized.disconnect();
       DARK.removeEventListener("change", recolour);

@@ -10,17 +10,6 @@ import { makeMapFigures, type Spot } from "./figures.ts";
 import { placeMarks, type Placed } from "./labels.ts";
 import { ellipseOf, fitAxes, NO_ZOOM, zoomAt, zoomed, type Zoom } from "./projection.ts";
 
-export interface SymbolMap {
-  readonly element: HTMLElement;
-  show(space: SpaceReply, axes: readonly [number, number]): void;
-  choose(symbol: number | null): void;
-  /** Show these symbols strongly and the others faintly; null: all alike. */
-  find(symbols: ReadonlySet<number> | null): void;
-  /** Enlarge (above 1) or shrink around the middle; 0: see everything. */
-  enlarge(by: number): void;
-  close(): void;
-}
-
 const PLAIN: Tint = { soft: "var(--accent-soft)", strong: "var(--accent-line)" };
 const WIDE = { width: 900, height: 640, margin: 60 };
 /** On a phone the same units would be too small to read. */
@@ -39,11 +28,11 @@ function radius(count: number, largest: number): number {
   return 7 + 15 * Math.sqrt(count / Math.max(largest, 1));
 }
 
-export function makeSymbolMap(motions: Motions, click: (symbol: number) => void): SymbolMap {
+export function makeSymbolMap(motions: Motions, click: (symbol: number) => void) {
   const SIZE = innerWidth < 700 ? NARROW : WIDE;
   const figures = makeMapFigures(motions, SIZE);
-  const picture = h("div", {});
-  const element = h("div", { class: "symbol-map" }, picture, figures.element);
+  const picture = h("div");
+  const element = h("div.symbol-map", picture, figures.element);
   let dots = new Map<number, SVGElement>();
   let shown: { space: SpaceReply; axes: readonly [number, number] } | null = null;
   let chosen: number | null = null;
@@ -58,9 +47,8 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
     const tint = shown!.space.clusters.length > 1 ? tintOf(facts.cluster) : PLAIN;
     const press = (): void => click(facts.symbol);
     return svg(
-      "g",
+      "g.dot",
       {
-        class: "dot",
         role: "button",
         tabindex: 0,
         transform: `translate(${x} ${y})`,
@@ -75,10 +63,10 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
           },
         },
       },
-      svg("title", {}, nameOf(facts)),
+      svg("title", nameOf(facts)),
       svg("circle", { r: size, fill: tint.soft, stroke: tint.strong }),
       // Words that fit are written above all dots; the others appear while the dot is looked at.
-      written ? null : svg("text", { class: "dot-word covered", y: size + 14 }, placed.word),
+      written ? null : svg("text.dot-word.covered", { y: size + 14 }, placed.word),
     );
   }
 
@@ -96,9 +84,8 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
     const ellipses = several.map(({ cluster, mean, covariance }) => {
       const { x, y, rx, ry, angle } = ellipseOf(mean, covariance, axes);
       return svg(
-        "ellipse",
+        "ellipse.cluster",
         {
-          class: "cluster",
           cx: x,
           cy: y,
           rx,
@@ -106,7 +93,7 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
           transform: `rotate(${angle} ${x} ${y})`,
           stroke: tintOf(cluster).strong,
         },
-        svg("title", {}, `Cluster ${cluster}`),
+        svg("title", `Cluster ${cluster}`),
       );
     });
     // Large dots first, so that small ones lie above them.
@@ -128,7 +115,7 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
     );
     words = placed.flatMap(({ x, y, radius: size, word }, i) =>
       marks.words[i]
-        ? [svg("text", { class: "dot-word", "data-of": ordered[i]!.symbol, x, y: y + size + 14 }, word)]
+        ? [svg("text.dot-word", { "data-of": ordered[i]!.symbol, x, y: y + size + 14 }, word)]
         : [],
     );
     picture.replaceChildren(
@@ -138,7 +125,7 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
         ellipses,
         [...dots.values()],
         axisNames(shown.space.symbols, shown.axes),
-        svg("g", { class: "map-words", "aria-hidden": "true" }, words),
+        svg("g.map-words", { "aria-hidden": "true" }, words),
       ),
     );
     markChosen();
@@ -149,7 +136,7 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
     const [across, up] = axes.map((axis) => axisEnds(symbols, axis)) as [AxisEnds, AxisEnds];
     const { width, height } = SIZE;
     const name = (words: readonly string[], before: string, after: string, place: object): SVGElement[] =>
-      words.length ? [svg("text", { class: "map-axis", ...place }, before + words.join(", ") + after)] : [];
+      words.length ? [svg("text.map-axis", { ...place }, before + words.join(", ") + after)] : [];
     return [
       ...name(across.low, "← ", "", { x: 4, y: height - 6 }),
       ...name(across.high, "", " →", { x: width - 4, y: height - 6, "text-anchor": "end" }),
@@ -213,21 +200,23 @@ export function makeSymbolMap(motions: Motions, click: (symbol: number) => void)
 
   return {
     element,
-    show(space, axes) {
+    show(space: SpaceReply, axes: readonly [number, number]): void {
       if (shown?.space !== space) figures.load(space.symbols);
       shown = { space, axes };
       draw();
     },
-    choose(symbol) {
+    choose(symbol: number | null): void {
       chosen = symbol;
       markChosen();
     },
-    find(symbols) {
+    /** Show these symbols strongly and the others faintly; null: all alike. */
+    find(symbols: ReadonlySet<number> | null): void {
       found = symbols;
       markChosen();
     },
     close: figures.close,
-    enlarge(by) {
+    /** Enlarge (above 1) or shrink around the middle; 0: see everything. */
+    enlarge(by: number): void {
       setZoom(by === 0 ? NO_ZOOM : zoomAt(zoom, by, SIZE.width / 2, SIZE.height / 2, SIZE));
     },
   };

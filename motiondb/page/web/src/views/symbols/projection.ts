@@ -74,24 +74,11 @@ export function zoomed(axes: Axes, zoom: Zoom, size: Size): Axes {
   };
 }
 
-export interface Ellipse {
-  x: number;
-  y: number;
-  rx: number;
-  ry: number;
-  /** Degrees, clockwise as in SVG. */
-  angle: number;
-}
-
 /** Standard deviations that the ellipse of a cluster reaches. */
 const DEVIATIONS = 2;
 
 /** The ellipse of a Gaussian, projected on the axes of a picture. */
-export function ellipseOf(
-  mean: readonly number[],
-  covariance: readonly (readonly number[])[],
-  axes: Axes,
-): Ellipse {
+export function ellipseOf(mean: readonly number[], covariance: readonly (readonly number[])[], axes: Axes) {
   const { first, second, scale } = axes;
   const a = covariance[first]?.[first] ?? 0;
   const b = covariance[first]?.[second] ?? 0;
@@ -104,6 +91,7 @@ export function ellipseOf(
     y,
     rx: DEVIATIONS * Math.sqrt(Math.max(half + spread, 0)) * scale,
     ry: DEVIATIONS * Math.sqrt(Math.max(half - spread, 0)) * scale,
+    /** Degrees, clockwise as in SVG. */
     angle: (-0.5 * Math.atan2(2 * b, a - d) * 180) / Math.PI,
   };
 }

@@ -1,5 +1,6 @@
 /** Symbol space: the map, and beside it the chosen symbol with its segments. */
 
+import { named, onSubmit } from "../../dom/fields.ts";
 import { get, messageOf } from "../../api/client.ts";
 import type { ChoiceReply, PlacedSymbol, SegmentsReply, SpaceReply } from "../../api/types.ts";
 import { button } from "../../dom/button.ts";
@@ -26,10 +27,9 @@ export function open(host: HTMLElement, context: Context): OpenView {
   const map = makeSymbolMap(context.motions, (symbol) =>
     go(routeTo("symbols", { symbol, axes: axes.join(",") === "0,1" ? "" : axes.join(",") })),
   );
-  const bar = h("div", { class: "row settings" });
-  const legend = h("ul", { class: "plain cluster-legend", "aria-label": "Clusters" });
-  const find = h("input", {
-    class: "field",
+  const bar = h("div.row.settings");
+  const legend = h("ul.plain.cluster-legend", { "aria-label": "Clusters" });
+  const find = h("input.field", {
     id: "find-symbol",
     type: "search",
     placeholder: "a word, or the number of a symbol",
@@ -42,16 +42,14 @@ export function open(host: HTMLElement, context: Context): OpenView {
       },
     },
   });
-  const count = h("span", { class: "muted small", role: "status" });
+  const count = h("span.muted.small", { role: "status" });
   const finding = h(
-    "form",
-    { class: "row", role: "search", "aria-label": "Find a symbol" },
-    h("label", { for: "find-symbol" }, "Find"),
-    find,
+    "form.row",
+    { role: "search", "aria-label": "Find a symbol" },
+    named("Find", find),
     count,
   );
-  finding.addEventListener("submit", (event) => {
-    event.preventDefault();
+  onSubmit(finding, () => {
     const [best] = bestFound();
     if (best !== undefined) go(routeTo("symbols", { symbol: best }));
   });
@@ -61,21 +59,18 @@ export function open(host: HTMLElement, context: Context): OpenView {
     found = find.value = "";
     showFound();
   });
-  const panel = h("aside", { class: "symbol-panel", "aria-label": "Chosen symbol" });
-  const left = h("div", { class: "symbol-left" }, bar, finding, choice.element, map.element, legend);
-  fill(
-    host,
-    h("h1", { class: "hidden-heading" }, "Symbol space"),
-    h("div", { class: "symbol-body" }, left, panel),
-  );
+  const panel = h("aside.symbol-panel", { "aria-label": "Chosen symbol" });
+  const left = h("div.symbol-left", bar, finding, choice.element, map.element, legend);
 
   async function load(): Promise<void> {
     try {
-      space = await get<SpaceReply>("/api/symbols");
+      space = await get("/api/symbols");
     } catch (fault) {
       fill(host, notLearned(fault, context) ?? faultState(messageOf(fault)));
       return;
     }
+    if (!left.isConnected)
+      fill(host, h("h1.hidden-heading", "Symbol space"), h("div.symbol-body", left, panel));
     showMap();
     void showChosen();
   }
@@ -89,9 +84,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   function axisChoice(which: 0 | 1): HTMLElement {
     const select = h(
-      "select",
+      "select.field",
       {
-        class: "field",
         "aria-label": which === 0 ? "Horizontal axis" : "Vertical axis",
         on: {
           change: () => {
@@ -114,18 +108,16 @@ export function open(host: HTMLElement, context: Context): OpenView {
     fill(
       bar,
       h(
-        "p",
-        { class: "summary" },
+        "p.summary",
         `${plural(space.symbols.length, "symbol")}: kinds of movement that learning found. Those that lie close together move alike.`,
       ),
       h(
-        "span",
-        { class: "row" },
+        "span.row",
         zoomButton("−", "Shrink the map", 1 / 1.5),
         zoomButton("+", "Enlarge the map", 1.5),
         zoomButton("All", "See the whole map", 0),
       ),
-      space.dimensions > 2 ? h("span", { class: "row" }, "Across", axisChoice(0), "up", axisChoice(1)) : null,
+      space.dimensions > 2 ? h("span.row", "Across", axisChoice(0), "up", axisChoice(1)) : null,
     );
     map.show(space, axes);
     map.choose(chosen);
@@ -159,10 +151,9 @@ export function open(host: HTMLElement, context: Context): OpenView {
         ({ tint, symbols: members, words }) =>
           h(
             "li",
-            {},
-            h("span", { class: "cluster-colour", style: { background: tint.strong } }),
+            h("span.cluster-colour", { style: { background: tint.strong } }),
             words.length ? words.join(", ") : "no probable word",
-            h("span", { class: "muted small" }, ` ${plural(members, "symbol")}`),
+            h("span.muted.small", ` ${plural(members, "symbol")}`),
           ),
       ),
     );
@@ -181,11 +172,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       lit: [segment.start, segment.end],
       label: `${segment.capture}, ${interval(segment.start, segment.end)}`,
     });
-    fill(
-      box,
-      clip.element,
-      h("p", { class: "small muted" }, segment.capture, ` ${interval(segment.start, segment.end)}`),
-    );
+    fill(box, clip.element, h("p.small.muted", segment.capture, ` ${interval(segment.start, segment.end)}`));
   }
 
   async function showChosen(): Promise<void> {
@@ -196,9 +183,9 @@ export function open(host: HTMLElement, context: Context): OpenView {
       fill(panel, emptyState("Choose a dot", "It plays this kind of movement, and lists where it happens."));
       return;
     }
-    const box = h("div", { class: "symbol-clip" });
-    const list = h("ul", { class: "plain segment-list" });
-    fill(panel, heading(facts), box, h("h3", {}, "Where it happens, the most typical first"), list);
+    const box = h("div.symbol-clip");
+    const list = h("ul.plain.segment-list");
+    fill(panel, heading(facts), box, h("h3", "Where it happens, the most typical first"), list);
     await moreSegments(facts.symbol, box, list, 0);
   }
 
@@ -208,68 +195,59 @@ export function open(host: HTMLElement, context: Context): OpenView {
     list: HTMLElement,
     offset: number,
   ): Promise<void> {
-    try {
-      const answer = await get<SegmentsReply>("/api/symbol", { symbol, offset, limit: PAGE });
-      if (chosen !== symbol) return;
-      list.append(
-        ...answer.segments.map((segment) =>
+    const answer = await get("/api/symbol", { symbol, offset, limit: PAGE });
+    if (chosen !== symbol) return;
+    list.append(
+      ...answer.segments.map((segment) =>
+        h(
+          "li",
+          button("link", segment.capture, () => play(box, segment), { title: "Play this segment" }),
+          h("span.muted.time", ` ${interval(segment.start, segment.end)} `),
           h(
-            "li",
-            {},
-            button("link", segment.capture, () => play(box, segment), { title: "Play this segment" }),
-            h("span", { class: "muted time" }, ` ${interval(segment.start, segment.end)} `),
-            h(
-              "a",
-              {
-                class: "link",
-                href: routeTo("search", {
-                  like: segment.ref,
-                  start: segment.start.toFixed(3),
-                  end: segment.end.toFixed(3),
-                }),
-              },
-              "more like this",
-            ),
+            "a.link",
+            {
+              href: routeTo("search", {
+                like: segment.ref,
+                start: segment.start.toFixed(3),
+                end: segment.end.toFixed(3),
+              }),
+            },
+            "more like this",
           ),
         ),
-      );
-      const next = offset + answer.segments.length;
-      if (next < answer.total) {
-        const more = button("plain", `${answer.total - next} more`, () => {
-          more.remove();
-          void moreSegments(symbol, box, list, next);
-        });
-        list.after(more);
-      }
-      if (offset === 0 && answer.segments[0]) play(box, answer.segments[0]);
-    } catch (fault) {
-      context.fail(fault);
+      ),
+    );
+    const next = offset + answer.segments.length;
+    if (next < answer.total) {
+      const more = button("plain", `${answer.total - next} more`, () => {
+        more.remove();
+        void moreSegments(symbol, box, list, next);
+      });
+      list.after(more);
     }
+    if (offset === 0 && answer.segments[0]) play(box, answer.segments[0]);
   }
 
   function heading(facts: PlacedSymbol): HTMLElement {
     return h(
       "div",
-      {},
-      h("h2", {}, `Symbol ${facts.symbol}`),
+      h("h2", `Symbol ${facts.symbol}`),
       h(
-        "p",
-        { class: "muted" },
+        "p.muted",
         `${plural(facts.count, "segment")} in ${plural(facts.captures, "capture")}, ${seconds(facts.seconds)} on average`,
       ),
       h(
-        "p",
-        { class: "chips" },
-        h("span", { class: "chips-lead" }, "Words most often said of it"),
+        "p.chips",
+        h("span.chips-lead", "Words most often said of it"),
         facts.words
           .filter((one) => one.probability >= 0.05)
           .slice(0, 6)
           .map(({ word, probability }) => {
             const chip = h(
-              "a",
-              { class: "chip", href: routeTo("search", { q: word }) },
+              "a.chip",
+              { href: routeTo("search", { q: word }) },
               word,
-              h("span", { class: "chip-detail" }, probability.toFixed(2)),
+              h("span.chip-detail", probability.toFixed(2)),
             );
             return chip;
           }),

@@ -1,7 +1,6 @@
 /** Questions to begin with. */
 
 import { get } from "../../api/client.ts";
-import type { ExamplesReply } from "../../api/types.ts";
 import type { Context } from "../view.ts";
 
 /**
@@ -11,7 +10,7 @@ import type { Context } from "../view.ts";
 export async function offeredQuestions(
   context: Context,
 ): Promise<{ lead: string; questions: readonly string[] }> {
-  const { examples, words } = await get<ExamplesReply>("/api/examples");
+  const { examples, words } = await get("/api/examples");
   if (examples.length > 0)
     return { lead: "Found here, for example", questions: examples.map((one) => one.question) };
   const own = context.status().captures_with_words > 0;

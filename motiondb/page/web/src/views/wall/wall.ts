@@ -1,8 +1,9 @@
 /** The opening: captures move in their best seconds, and the question box stands in the middle. */
 
-import { dropEarly, get, prefetch } from "../../api/client.ts";
-import type { WallReply, WallTile } from "../../api/types.ts";
-import { isActive } from "../../api/jobs.ts";
+import { makeLatest } from "../../api/latest.ts";
+import { dropEarly, get, isAbort, prefetch } from "../../api/client.ts";
+import type { WallTile } from "../../api/types.ts";
+import { isActive, stepOf } from "../../api/jobs.ts";
 import { button } from "../../dom/button.ts";
 import { fill, h } from "../../dom/element.ts";
 import { rememberPlaces } from "../../dom/flights.ts";
@@ -50,22 +51,22 @@ export function layOut(
 export function open(host: HTMLElement, context: Context): OpenView {
   const canWrite = !context.status().read_only;
   const thumbs = makeThumbs(context.motions, () => false);
-  const chips = h("div", { class: "chips examples" });
-  const facts = h("div", { class: "wall-facts row" });
-  const work = h("div", { class: "wall-work", role: "status" });
+  const chips = h("div.chips.examples");
+  const facts = h("div.wall-facts.row");
+  const work = h("div.wall-work", { role: "status" });
   const box = h(
-    "section",
-    { class: "wall-box", "aria-label": "About" },
-    h("h1", {}, "A library of human motion that you can ask."),
-    h("div", { class: "question-slot" }),
+    "section.wall-box",
+    { "aria-label": "About" },
+    h("h1", "A library of human motion that you can ask."),
+    h("div.question-slot"),
     chips,
     work,
     facts,
   );
-  const wall = h("div", { class: "wall" }, box);
+  const wall = h("div.wall", box);
   let tiles = new Map<string, HTMLElement>();
   let asked = -1;
-  let loads = 0;
+  const latest = makeLatest();
   let leaving = 0;
   let size = "";
   let drawn = -1; // The revision of the tiles
@@ -79,15 +80,14 @@ export function open(host: HTMLElement, context: Context): OpenView {
     });
     thumbs.show(canvas, capture);
     return h(
-      "a",
+      "a.tile",
       {
-        class: "tile",
         href: routeTo("catalogue", { capture, start: start.toFixed(3), end: end.toFixed(3) }),
         title: capture,
         "aria-label": words ? `${capture}: ${words}` : capture,
       },
       canvas,
-      words ? h("span", { class: "tile-words" }, words) : null,
+      words ? h("span.tile-words", words) : null,
     );
   }
 
@@ -96,21 +96,18 @@ export function open(host: HTMLElement, context: Context): OpenView {
     const room = layOut(host.clientWidth, host.clientHeight);
     const { columns, rows, across, down } = room;
     const { revision } = context.status();
-    const now = JSON.stringify([room, revision]);
+    const now = [columns, rows, ...across, ...down, revision].join(" ");
     if (now === size || host.clientWidth === 0) return;
     size = now; // news that comes meanwhile does not ask again
-    loads += 1;
-    const mine = loads;
     wall.style.gridTemplateColumns = `repeat(${columns}, minmax(0, 1fr))`;
     wall.style.gridTemplateRows = `repeat(${rows}, minmax(0, 1fr))`;
     box.style.gridColumn = `${across[0] + 1} / ${across[1] + 1}`;
     box.style.gridRow = `${down[0] + 1} / ${down[1] + 1}`;
     const count = columns * rows - (across[1] - across[0]) * (down[1] - down[0]);
-    const reply = await get<WallReply>("/api/wall", { count: Math.min(count, MOST) }).catch((fault) => {
-      if (mine === loads) size = "";
+    const reply = await latest(get("/api/wall", { count: Math.min(count, MOST) })).catch((fault) => {
+      if (!isAbort(fault)) size = "";
       throw fault;
     });
-    if (mine !== loads) return; // a later one is on its way
     if (revision !== drawn) context.motions.forget();
     const kept = revision === drawn ? tiles : new Map<string, HTMLElement>();
     const shown = new Map(reply.tiles.map((one) => [one.capture, kept.get(one.capture) ?? tile(one)]));
@@ -133,8 +130,8 @@ export function open(host: HTMLElement, context: Context): OpenView {
     });
     fill(
       chips,
-      questions.length > 0 ? h("span", { class: "chips-lead" }, lead) : null,
-      questions.map((q) => h("a", { class: "chip", href: routeTo("search", { q }) }, q)),
+      questions.length > 0 ? h("span.chips-lead", lead) : null,
+      questions.map((q) => h("a.chip", { href: routeTo("search", { q }) }, q)),
     );
   }
 
@@ -147,14 +144,14 @@ export function open(host: HTMLElement, context: Context): OpenView {
     const reason = canWrite && !job ? reasonToLearn(context.status()) : null;
     fill(
       work,
-      job ? progressBar(job.whole ?? null, job.what || job.state) : null,
-      reason ? [h("p", {}, reason), button("main", "Learn…", () => openLearning(context))] : null,
+      job ? progressBar(job.whole ?? null, stepOf(job)) : null,
+      reason ? [h("p", reason), button("main", "Learn…", () => openLearning(context))] : null,
     );
     fill(
       facts,
       h(
-        "a",
-        { class: "button plain", href: routeTo("catalogue") },
+        "a.button.plain",
+        { href: routeTo("catalogue") },
         icon("list"),
         `${plural(captures, "capture")}, ${seconds(length)} as a list`,
       ),
@@ -169,11 +166,11 @@ export function open(host: HTMLElement, context: Context): OpenView {
     }
     if (!wall.isConnected) fill(host, wall);
     showWork();
-    load().catch(context.fail);
+    load();
     offer().catch(() => undefined); // the box is there without them
   }
 
-  const sized = new ResizeObserver(() => wall.isConnected && void load().catch(context.fail));
+  const sized = new ResizeObserver(() => wall.isConnected && void load());
   sized.observe(host);
   const endDrops = canWrite ? onDrop(host, (files) => openAdding(context, files)) : null;
   show();
@@ -194,7 +191,7 @@ export function open(host: HTMLElement, context: Context): OpenView {
       leaving += 1;
       const mine = leaving;
       host.classList.add("asking");
-      fill(work, h("p", {}, `Looking for “${q}”…`));
+      fill(work, h("p", `Looking for “${q}”…`));
       const late = new Promise((resolve) => setTimeout(resolve, PATIENCE));
       await Promise.race([prefetch(...wordsQuery(parameters)), late]);
       if (mine === leaving) rememberPlaces(tiles);
