@@ -47,7 +47,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Annotated, Self
 
@@ -172,9 +172,9 @@ class Regression:
         """The regression with targets (n, words)."""
         weights = self.roots[:, 0] ** 2
         mean = weights @ target / weights.sum()
-        centred = self.roots * (target - mean)
+        centred = _Centred(self.roots, target, mean)
         cross = np.zeros((len(self.centre), target.shape[1]))
-        for some in blocks(len(centred)):
+        for some in blocks(len(target)):
             cross += self.rows[some].astype(np.float64).T @ centred[some]
         return Fitted(self, mean, self.inverse @ cross, centred)
 
@@ -194,13 +194,25 @@ class Regression:
 
 
 @dataclass(frozen=True, eq=False)
+class _Centred:
+    """Targets less their mean, times the roots of the weights, made where they are looked at."""
+
+    roots: FloatArray
+    target: FloatArray
+    mean: FloatArray
+
+    def __getitem__(self, which: IntArray | slice) -> FloatArray:
+        return np.asarray(self.roots[which] * (self.target[which] - self.mean))
+
+
+@dataclass(frozen=True, eq=False)
 class Fitted:
     """A regression with its targets."""
 
     regression: Regression
     mean: FloatArray  # (words,): weighted mean of the targets
     slopes: FloatArray  # (columns, words)
-    centred: FloatArray | MadeRows  # (n, words): targets less their mean, times the roots
+    centred: _Centred | MadeRows  # (n, words): targets less their mean, times the roots
 
     def of_others(self, which: IntArray | slice, apart: FloatArray | None = None) -> FloatArray:
         """Predictions for some rows by the regression without them, centred, times the roots.
@@ -229,21 +241,17 @@ class Fitted:
         self, parts: Sequence[slice], apart: Sequence[FloatArray | None] | None = None
     ) -> FloatArray:
         """As :meth:`of_others`, of parts that follow one another, each without itself alone."""
-        found = np.empty((parts[-1].stop, self.slopes.shape[1]))
-        known, first = apart or [None] * len(parts), 0
+        begin, known = parts[0].start, apart or [None] * len(parts)
+        found = np.empty((parts[-1].stop - begin, self.slopes.shape[1]))
         gram, inverse = self.regression.gram, self.regression.inverse
-        while first < len(parts):  # products of many rows are quicker than those of each part
-            low, last = parts[first].start, first + 1
-            while last < len(parts) and parts[last].stop - low <= PARTS_AT_ONCE:
-                last += 1
-            some = slice(low, parts[last - 1].stop)
-            rows, centred = np.asarray(self.regression.rows[some], np.float64), self.centred[some]
+        for some, inside in together(parts):
+            rows = np.asarray(self.regression.rows[inside], np.float64)
+            centred, low = self.centred[inside], inside.start
             residuals = centred - rows @ self.slopes
-            for part, own in zip(parts[first:last], known[first:last]):
+            for part, own in zip(parts[some], known[some]):
                 a, b = part.start - low, part.stop - low
                 left = residuals_without(rows[a:b], gram, inverse, residuals[a:b], own)
-                found[part] = centred[a:b] - left
-            first = last
+                found[part.start - begin : part.stop - begin] = centred[a:b] - left
         return found
 
     def _errors(
@@ -282,6 +290,17 @@ def prepare(
 def blocks(n_rows: int) -> list[slice]:
     """Rows that are looked at together, which bounds memory."""
     return [slice(first, first + AT_ONCE) for first in range(0, n_rows, AT_ONCE)]
+
+
+def together(parts: Sequence[slice]) -> Iterator[tuple[slice, slice]]:
+    """Runs of parts that are looked at together, and their rows; products of many are quicker."""
+    first = 0
+    while first < len(parts):
+        low, last = parts[first].start, first + 1
+        while last < len(parts) and parts[last].stop - low <= PARTS_AT_ONCE:
+            last += 1
+        yield slice(first, last), slice(low, parts[last - 1].stop)
+        first = last
 
 
 def without_share(rows: FloatArray, inverse: FloatArray) -> FloatArray:
