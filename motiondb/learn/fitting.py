@@ -44,7 +44,7 @@ from motiondb.meaning.word_evidence import WhenAsked
 from motiondb.records import Float32Array, IntArray, MotionSymbols, SegmentTable, SymbolSpace
 from motiondb.symbols import acquisition, feature_space
 from motiondb.symbols import space as symbol_spaces
-from motiondb.symbols.hmm_jobs import give_back_memory, one_blas_thread
+from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.symbols.settings import RecutSettings
 from motiondb.symbols.spread import spread
 from motiondb.workers import HERE, Workers
@@ -79,12 +79,10 @@ def fit_model(
     tell("scoring", 0.0)
     table = segment_table(held, pool, acquired.symbols, acquired.cutting, acquired.scores)
     acquired = replace(acquired, scores=None)  # as large as those of the table
-    give_back_memory()
     tell("symbol space", 0.0)
     symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
     tell("words", 0.0)
     words = fit_words(table, taught)
-    give_back_memory()
     contexts = extents.fit_context_space(pool)
     of_symbols = _Symbols(acquired.symbols, symbol_space, space, contexts, settings.acquisition)
     return replace(
@@ -117,7 +115,6 @@ def _fit_rest(
 ) -> LearnedModel:
     """The learned model from its symbols, segments and words."""
     places, certainties = _fit_places(table, taught, words, rng, pool.room)
-    give_back_memory()
     return LearnedModel(
         run_id=0,
         **vars(of_symbols),

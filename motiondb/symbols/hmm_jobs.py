@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from functools import cache
@@ -103,16 +102,6 @@ def shares(work: IntArray, groups: IntArray, n_shares: int) -> list[slice]:
     cuts = np.searchsorted(total, total[-1] * np.arange(1, n_shares) / n_shares)
     edges = np.unique([0, *np.searchsorted(groups, groups[cuts]), len(work)])
     return [slice(int(a), int(b)) for a, b in pairwise(edges)]
-
-
-def give_back_memory() -> None:
-    """Give memory that is free to the system: between two steps of learning, a third of all is.
-
-    Arrays of a few megabytes lie where small ones do (glibc), which keep the places between.
-    """
-    trim = getattr(ctypes.pythonapi, "malloc_trim", None)  # of glibc alone
-    if trim is not None:
-        trim(0)
 
 
 def one_blas_thread() -> AbstractContextManager[object]:

@@ -20,7 +20,7 @@ from motiondb.learn.learned import performers_of
 from motiondb.learn.learned_model import LearnedModel, to_stored
 from motiondb.learn.recognition import FeaturePool, LearnSettings, Progress
 from motiondb.learn.word_fitting import TaughtWords
-from motiondb.symbols.hmm_jobs import give_back_memory, one_blas_thread
+from motiondb.symbols.hmm_jobs import one_blas_thread
 from motiondb.workers import HERE, Workers
 
 SHIPPED = "cmu"  # The knowledge that comes with motiondb
@@ -70,7 +70,6 @@ def learn(
                 if is_same:
                     model = _save(opened, settings, model, tell, where)
             if is_same:
-                give_back_memory()
                 keep_what_follows(opened, model, pool, numbers)
                 return model
         tell("captures changed, again", 0.0)
