@@ -36,7 +36,7 @@ from motiondb.meaning.counting import capture_rows
 from motiondb.meaning.edge_map import EdgeMap, FrameTake, fit_edge_map
 from motiondb.meaning.motion_judge import MotionJudge, fit_judge, pool_windows, said_words
 from motiondb.meaning.place_certainty import learn_certainty
-from motiondb.meaning.place_fitting import Places, Written, find_places
+from motiondb.meaning.place_fitting import Places, Room, Written, find_places
 from motiondb.meaning.regression import Certainties
 from motiondb.meaning.resemblance import PooledMap, fit_pooled_map, pooled_statistics
 from motiondb.meaning.score_vectors import StandardisedRows
@@ -78,6 +78,7 @@ def fit_model(
     acquired = acquire_symbols(held, pool, rng, settings, tell)
     tell("scoring", 0.0)
     table = segment_table(held, pool, acquired.symbols, acquired.cutting, acquired.scores)
+    acquired = replace(acquired, scores=None)  # as large as those of the table
     tell("symbol space", 0.0)
     symbol_space = symbol_spaces.build_space(acquired.symbols, rng)
     tell("words", 0.0)
@@ -113,7 +114,7 @@ def _fit_rest(
     rng: np.random.Generator,
 ) -> LearnedModel:
     """The learned model from its symbols, segments and words."""
-    places, certainties = _fit_places(table, taught, words, rng)
+    places, certainties = _fit_places(table, taught, words, rng, pool.room)
     return LearnedModel(
         run_id=0,
         **vars(of_symbols),
@@ -161,12 +162,16 @@ def _fit_with_start(
 
 
 def _fit_places(
-    table: SegmentTable, taught: TaughtWords, words: FittedWords, rng: np.random.Generator
+    table: SegmentTable,
+    taught: TaughtWords,
+    words: FittedWords,
+    rng: np.random.Generator,
+    room: Room,
 ) -> tuple[Places | None, Certainties]:
     """Where the actions of captions happen, and certainties with that of places."""
     standardised = StandardisedRows.of_table(words.score_space, table)
     written = Written(taught.captions, taught.synonyms, taught.lemmas, words.numbers)
-    places = find_places(table, standardised, written)
+    places = find_places(table, standardised, written, room)
     if places is None:
         return None, words.certainties
     sure = learn_certainty(table, standardised, written, places, taught.performers, rng)

@@ -53,6 +53,7 @@ from motiondb.records import (
     Association,
     Caption,
     CaptureInfo,
+    Float32Array,
     FloatArray,
     IntArray,
 )
@@ -332,7 +333,7 @@ class Learned(LearnedModel):
         return solve_caption_map(moments, word_vectors().of(words))
 
     @property
-    def likeness(self) -> FloatArray:
+    def likeness(self) -> FloatArray | Float32Array:
         """Likeness of every word to what every capture suggests: array (captures, words), nats."""
         return self.heard.likeness
 
@@ -375,12 +376,14 @@ class Learned(LearnedModel):
     def map_arrays(self) -> dict[str, NDArray[Any]]:
         """What ``caption_map`` and ``description_map`` are restored from."""
         maps = {"caption": self.caption_map, "description": self.description_map}
-        return {
+        arrays = {
             f"{name} {part}": array
             for name, each in maps.items()
             if each is not None
             for part, array in vars(each).items()
         }
+        centres = "description centres"  # large; scores change by 3e-7
+        return {n: a.astype(np.float32) if n == centres else a for n, a in arrays.items()}
 
     def _ready_map(self, name: str) -> dict[str, NDArray[Any]]:
         """The prepared arrays of a map by their own names."""
@@ -516,12 +519,14 @@ class Learned(LearnedModel):
 def prepare(learned: Learned) -> dict[str, NDArray[Any]]:
     """Evidence of words in all captures, which questions need.
 
-    They are those of ``heard``, and ``extremes`` (3, captures, words), float32: the largest and the
-    smallest over the segments, and those of the whole, with captions.
+    They are those of ``heard``, and ``extremes`` (3, captures, words): the largest and the smallest
+    over the segments, and those of the whole, with captions. All are float32: of hours they are
+    large.
     """
     if learned.fitted_word_map is None or not learned.rows:
         return {}
     learned = replace(learned, prepared=Prepared(learned))  # what it computes is not kept
     extremes = learned.evidence.extremes
     both = [extremes.highest, extremes.lowest, extremes.whole]
-    return {**vars(learned.heard), "extremes": np.stack(both, dtype=np.float32)}
+    arrays = {**vars(learned.heard), "extremes": np.stack(both, dtype=np.float32)}
+    return {name: array.astype(np.float32, copy=False) for name, array in arrays.items()}

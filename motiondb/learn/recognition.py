@@ -85,6 +85,14 @@ class FeaturePool(_Pool):
     features: Float32Array  # (rows, 130), float32: recognition features, 15 a second
     lengths: IntArray  # (captures,): lengths of the motions in frames, 30 a second
 
+    @property
+    def room(self) -> Callable[[tuple[int, int], type], Float32Array]:
+        """Makes an array for rows that are large, in the file of the features if they lie in one.
+
+        Such an array has rows at slices, and at arrays of numbers, and is written at slices.
+        """
+        return getattr(self.features, "beside", np.empty)
+
     def of_capture(self, capture_id: int) -> Float32Array:
         """Features of one capture: array (frames, 130), 15 a second."""
         return self.features[self.rows_of(capture_id)]
@@ -182,16 +190,21 @@ def segment_table(
     per_frame = (cutting.ends - cutting.starts).astype(np.float64)
     if totals is None:
         totals = hmm.score(symbols, held, cutting.starts, cutting.ends)
-    scores = totals / per_frame[:, None]
-    best = np.argmax(scores, axis=1)
+    scores, best = np.empty_like(totals), np.empty(len(totals), dtype=np.int64)
+    likeliest = np.empty(len(totals))
+    for low in range(0, len(totals), _SEGMENTS_AT_ONCE):
+        some = slice(low, low + _SEGMENTS_AT_ONCE)
+        exact = totals[some] / per_frame[some, None]
+        scores[some], best[some] = exact, np.argmax(exact, axis=1)
+        likeliest[some] = exact.max(axis=1)
     return SegmentTable(
         capture_ids=np.asarray(pool.capture_ids)[owner],
         starts=(cutting.starts - first) * FEATURE_STEP,
         ends=np.minimum((cutting.ends - first) * FEATURE_STEP, np.asarray(pool.lengths)[owner]),
         symbols=best,
-        log_likelihoods=scores[np.arange(len(best)), best].astype(np.float64),
+        log_likelihoods=likeliest,
         backgrounds=background(held.frames, cutting.starts, cutting.ends),
-        scores=scores.astype(np.float32),
+        scores=scores,
         movement=_movement(held.frames, pool, cutting),
     )
 
@@ -210,8 +223,8 @@ def _movement(
             cutting.starts[a:b] - low,
             cutting.ends[a:b] - low,
         )
-        if made is None:  # filled in place: it is large
-            made = np.empty((len(cutting.starts), rows.shape[1]), dtype=np.float32)
+        if made is None:
+            made = pool.room((len(cutting.starts), rows.shape[1]), np.float32)
         made[a:b] = rows
     assert made is not None
     return made
@@ -232,6 +245,7 @@ def describe_segments(
 
 
 _AT_ONCE = 2**16  # Frames that are looked at together: bounds memory
+_SEGMENTS_AT_ONCE = 2**11  # Segments whose scores are divided together
 
 
 def background(frames: FloatArray | Float32Array, starts: IntArray, ends: IntArray) -> FloatArray:

@@ -12,7 +12,7 @@ regression on y gives the map, and also the evidence for every take from the map
 
 from __future__ import annotations
 
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -39,6 +39,8 @@ from motiondb.records import MOTION_FPS, Caption, Float32Array, FloatArray, IntA
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
 Actions = list[list[int]]  # Word numbers of every action, in order
+Room = Callable[[tuple[int, int], Any], Any]
+"""Makes an array of a shape and type: in memory, or in a file."""
 FITTED_AT_ONCE = 2048  # Segments whose products are summed at once; by hand
 LEAST_INFERRED = 0.01  # Least y of an inferred word that is kept; less hardly changes the map
 
@@ -177,12 +179,16 @@ def is_interval(caption: Caption) -> bool:
     return caption.start is not None or caption.end is not None
 
 
-def find_places(table: SegmentTable, standardised: Rows, written: Written) -> Places | None:
+def find_places(
+    table: SegmentTable, standardised: Rows, written: Written, room: Room = np.empty
+) -> Places | None:
     """Find where the actions of captions happen; None if no caption holds a known word.
 
     Shapes: `standardised` (segments, columns).
+
+    `room`: Makes an array for the vectors of all windows, which is read and written at slices.
     """
-    listed = listed_takes(table, standardised, written)
+    listed = listed_takes(table, standardised, written, room)
     if listed is None:
         return None
     captures, takes = listed
@@ -212,7 +218,7 @@ def _said_words(takes: ListedTakes, n: int, rows: slice) -> set[int]:
 
 
 def listed_takes(
-    table: SegmentTable, standardised: Rows, written: Written
+    table: SegmentTable, standardised: Rows, written: Written, room: Room = np.empty
 ) -> tuple[list[int], ListedTakes] | None:
     """Capture numbers and takes whose captions have known words; None if there are none."""
     rows = capture_rows(table)
@@ -234,7 +240,7 @@ def listed_takes(
                 for c, take in takes.items()
             ]
         )
-    vectors, seconds, owners = _stacked(table, standardised, list(takes))
+    vectors, seconds, owners = _stacked(table, standardised, list(takes), room)
     actions = [take.actions for take in takes.values()]
     further = [take.further for take in takes.values()]
     return list(takes), ListedTakes(vectors, seconds, owners, actions, further, n_words, labelled)
@@ -456,7 +462,7 @@ def _restored(
                 own[:, words] = y
         return np.concatenate(shown)
 
-    fitted_to = (arrays[name] for name in ("centre", "gram", "inverse"))
+    fitted_to = arrays["centre"], arrays.get("gram"), arrays["inverse"]
     regression = Regression(MadeRows(bounds, rows_of), roots, *fitted_to)
     centred = regression.centred(MadeRows(bounds, shown_of), arrays["mean"])
     fitted = Fitted(regression, arrays["mean"], arrays["slopes"], centred)
@@ -474,7 +480,8 @@ def place_evidence(
 ) -> PlaceEvidence:
     """The evidence of places for the captures of a table; `standardised` (segments, columns).
 
-    `arrays`: Those that :func:`fit_arrays` gave for the same places and segments.
+    `arrays`: Those that :func:`fit_arrays` gave for the same places and segments; the gram may be
+    left out.
     """
     rows = capture_rows(table)
     placed: dict[int, slice] = {}
@@ -485,7 +492,7 @@ def place_evidence(
 
 
 def _stacked(
-    table: SegmentTable, standardised: Rows, captures: Sequence[int]
+    table: SegmentTable, standardised: Rows, captures: Sequence[int], room: Room
 ) -> tuple[Float32Array, FloatArray, IntArray]:
     """Window vectors, seconds and take numbers of the segments of some captures."""
     rows = capture_rows(table)
@@ -494,7 +501,7 @@ def _stacked(
     sizes = [rows[c].stop - rows[c].start for c in captures]
     owners = np.repeat(np.arange(len(captures), dtype=np.int64), sizes)
     parts = [rows[c] for c in captures]
-    return window_vectors(table, standardised, parts, np.float32), seconds, owners
+    return window_vectors(table, standardised, parts, np.float32, room), seconds, owners
 
 
 def window_vectors(
@@ -502,6 +509,7 @@ def window_vectors(
     standardised: Rows,
     parts: Sequence[slice],
     dtype: DTypeLike = np.float64,
+    room: Room = np.empty,
 ) -> NDArray[Any]:
     """Vectors of the windows around the segments of captures: array (segments, columns).
 
@@ -509,7 +517,7 @@ def window_vectors(
     """
     sizes = np.array([part.stop - part.start for part in parts], dtype=np.int64)
     ends = np.cumsum([0, *sizes])
-    windows = np.empty((ends[-1], standardised.shape[1]), dtype)
+    windows = room((int(ends[-1]), standardised.shape[1]), dtype)
     for some, vectors in window_vectors_of(standardised, table, parts, WINDOW_MARGIN):
         wholes = np.cumsum(sizes[some] + 1) - 1
         is_window = np.ones(wholes[-1] + 1, dtype=bool)

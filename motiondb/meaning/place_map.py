@@ -59,7 +59,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.meaning.regression import Fitted, prepare
+from motiondb.meaning.regression import Fitted, prepare, together
 from motiondb.meaning.word_map import word_spreads
 from motiondb.records import Float32Array, FloatArray, IntArray
 
@@ -99,12 +99,14 @@ def find_shown(takes: ListedTakes, *, overwrite: bool = False) -> FloatArray:
     weights = take_weights(takes.seconds, takes.owners)
     regression = prepare(takes.vectors, weights, RIDGE, overwrite=overwrite)
     apart = [regression.apart(inside) for inside in rows]
+    labels = _labels(takes)
     for _ in range(ROUNDS):
-        evidence = FittedPlaces(regression.fit(shown)).left_out(takes, apart)
-        shown *= DAMPING  # in place: of hours they are large
-        placed = place_actions(takes, rows, evidence)
-        placed *= 1.0 - DAMPING
-        shown += placed
+        fitted = FittedPlaces(regression.fit(shown))
+        for some, inside in together(rows):  # in place: y of hours is large
+            evidence = fitted.left_out(rows[some], apart[some])
+            placed = place_actions(takes.part(some, inside), evidence, labels)
+            shown[inside] *= DAMPING
+            shown[inside] += (1.0 - DAMPING) * placed
     return shown
 
 
@@ -127,7 +129,7 @@ class FittedPlaces:
         return np.asarray(SHARPNESS * predicted / spreads_of(fitted.mean))
 
     def left_out(
-        self, takes: ListedTakes, apart: Sequence[FloatArray | None] | None = None
+        self, rows: Sequence[slice], apart: Sequence[FloatArray | None] | None = None
     ) -> FloatArray:
         """The evidence (rows, words; nats per second) for each take by the map of others.
 
@@ -135,8 +137,9 @@ class FittedPlaces:
         .42 to .46 of the questions right, without the take .50 to .54.
         """
         fitted = self.fitted
-        evidence = fitted.left_out(takes.rows(), apart)
-        evidence *= SHARPNESS / (fitted.regression.roots * spreads_of(fitted.mean))
+        evidence = fitted.left_out(rows, apart)
+        roots = fitted.regression.roots[rows[0].start : rows[-1].stop]
+        evidence *= SHARPNESS / (roots * spreads_of(fitted.mean))
         return evidence
 
 
@@ -293,6 +296,18 @@ class ListedTakes:
         ends = np.searchsorted(self.owners, np.arange(1, len(self.actions) + 1))
         return [slice(int(a), int(b)) for a, b in zip(np.concatenate([[0], ends]), ends)]
 
+    def part(self, takes: slice, rows: slice) -> ListedTakes:
+        """Some of the takes, which have these rows; the vectors stay those of all."""
+        return ListedTakes(
+            self.vectors,
+            self.seconds[rows],
+            self.owners[rows] - takes.start,
+            self.actions[takes],
+            self.further[takes],
+            self.n_words,
+            None if self.labelled is None else self.labelled[rows],
+        )
+
 
 def even_shares(takes: ListedTakes, rows: Sequence[slice]) -> FloatArray:
     """Return the initial y: each listed action has an equal share of each segment of its take."""
@@ -309,11 +324,12 @@ def _as_labelled(takes: ListedTakes, shown: FloatArray) -> FloatArray:
     return shown if said is None else np.where(np.isnan(said), shown, said)
 
 
-def place_actions(takes: ListedTakes, rows: Sequence[slice], evidence: FloatArray) -> FloatArray:
-    """y of one round before damping: array (rows, words)."""
+def place_actions(
+    takes: ListedTakes, evidence: FloatArray, labels: Sequence[tuple[int, ...]]
+) -> FloatArray:
+    """y of one round before damping: array (rows, words); `labels`: those of all takes."""
     shown = np.zeros_like(evidence)
-    labels = _labels(takes)
-    for inside, actions, further in zip(rows, takes.actions, takes.further):
+    for inside, actions, further in zip(takes.rows(), takes.actions, takes.further):
         shown[inside, list(further)] = 1.0 / len(actions)
         take_words = {word for action in actions for word in action} | set(further)
         unlisted = [label for label in labels if not take_words.issuperset(label)]

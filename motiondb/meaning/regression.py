@@ -47,9 +47,10 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Annotated, Self
+from functools import cached_property
+from typing import Annotated, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -165,16 +166,25 @@ class Regression:
     rows: FloatArray | Float32Array | MadeRows
     roots: FloatArray  # (n, 1): roots of the weights
     centre: FloatArray  # (columns,): weighted mean of the features
-    gram: FloatArray  # (columns, columns): sum of products of ``rows``, with the ridge
+    # (columns, columns): sum of products of ``rows``, with the ridge; None where it is not kept
+    products: FloatArray | None
     inverse: FloatArray  # (columns, columns): its inverse A
+
+    @cached_property
+    def gram(self) -> FloatArray:
+        """The sum of products of ``rows``, with the ridge, which few questions need."""
+        if self.products is not None:
+            return self.products
+        with one_blas_thread():  # sums of several threads differ in their last bits
+            return np.asarray(np.linalg.inv(self.inverse), dtype=np.float64)
 
     def fit(self, target: FloatArray) -> Fitted:
         """The regression with targets (n, words)."""
         weights = self.roots[:, 0] ** 2
         mean = weights @ target / weights.sum()
-        centred = self.roots * (target - mean)
+        centred = _Centred(self.roots, target, mean)
         cross = np.zeros((len(self.centre), target.shape[1]))
-        for some in blocks(len(centred)):
+        for some in blocks(len(target)):
             cross += self.rows[some].astype(np.float64).T @ centred[some]
         return Fitted(self, mean, self.inverse @ cross, centred)
 
@@ -194,13 +204,25 @@ class Regression:
 
 
 @dataclass(frozen=True, eq=False)
+class _Centred:
+    """Targets less their mean, times the roots of the weights, made where they are looked at."""
+
+    roots: FloatArray
+    target: FloatArray
+    mean: FloatArray
+
+    def __getitem__(self, which: IntArray | slice) -> FloatArray:
+        return np.asarray(self.roots[which] * (self.target[which] - self.mean))
+
+
+@dataclass(frozen=True, eq=False)
 class Fitted:
     """A regression with its targets."""
 
     regression: Regression
     mean: FloatArray  # (words,): weighted mean of the targets
     slopes: FloatArray  # (columns, words)
-    centred: FloatArray | MadeRows  # (n, words): targets less their mean, times the roots
+    centred: _Centred | MadeRows  # (n, words): targets less their mean, times the roots
 
     def of_others(self, which: IntArray | slice, apart: FloatArray | None = None) -> FloatArray:
         """Predictions for some rows by the regression without them, centred, times the roots.
@@ -229,28 +251,22 @@ class Fitted:
         self, parts: Sequence[slice], apart: Sequence[FloatArray | None] | None = None
     ) -> FloatArray:
         """As :meth:`of_others`, of parts that follow one another, each without itself alone."""
-        found = np.empty((parts[-1].stop, self.slopes.shape[1]))
-        known, first = apart or [None] * len(parts), 0
-        gram, inverse = self.regression.gram, self.regression.inverse
-        while first < len(parts):  # products of many rows are quicker than those of each part
-            low, last = parts[first].start, first + 1
-            while last < len(parts) and parts[last].stop - low <= PARTS_AT_ONCE:
-                last += 1
-            some = slice(low, parts[last - 1].stop)
-            rows, centred = np.asarray(self.regression.rows[some], np.float64), self.centred[some]
+        begin, known = parts[0].start, apart or [None] * len(parts)
+        found = np.empty((parts[-1].stop - begin, self.slopes.shape[1]))
+        for some, inside in together(parts):
+            rows = np.asarray(self.regression.rows[inside], np.float64)
+            centred, low = self.centred[inside], inside.start
             residuals = centred - rows @ self.slopes
-            for part, own in zip(parts[first:last], known[first:last]):
+            for part, own in zip(parts[some], known[some]):
                 a, b = part.start - low, part.stop - low
-                left = residuals_without(rows[a:b], gram, inverse, residuals[a:b], own)
-                found[part] = centred[a:b] - left
-            first = last
+                left = residuals_without(rows[a:b], self.regression, residuals[a:b], own)
+                found[part.start - begin : part.stop - begin] = centred[a:b] - left
         return found
 
     def _errors(
         self, rows: FloatArray, centred: FloatArray, apart: FloatArray | None = None
     ) -> FloatArray:
-        gram, inverse = self.regression.gram, self.regression.inverse
-        return residuals_without(rows, gram, inverse, centred - rows @ self.slopes, apart)
+        return residuals_without(rows, self.regression, centred - rows @ self.slopes, apart)
 
 
 def prepare(
@@ -284,28 +300,48 @@ def blocks(n_rows: int) -> list[slice]:
     return [slice(first, first + AT_ONCE) for first in range(0, n_rows, AT_ONCE)]
 
 
+def together(parts: Sequence[slice]) -> Iterator[tuple[slice, slice]]:
+    """Runs of parts that are looked at together, and their rows; products of many are quicker."""
+    first = 0
+    while first < len(parts):
+        low, last = parts[first].start, first + 1
+        while last < len(parts) and parts[last].stop - low <= PARTS_AT_ONCE:
+            last += 1
+        yield slice(first, last), slice(low, parts[last - 1].stop)
+        first = last
+
+
 def without_share(rows: FloatArray, inverse: FloatArray) -> FloatArray:
     """I - H of the module's docstring: array (n, n); `rows` (n, columns)."""
     return np.asarray(np.eye(len(rows)) - rows @ inverse @ rows.T)
 
 
+class HasGram(Protocol):
+    """A sum of products of rows with the ridge, and its inverse: arrays (columns, columns)."""
+
+    @property
+    def gram(self) -> FloatArray: ...  # noqa: D102
+
+    @property
+    def inverse(self) -> FloatArray: ...  # noqa: D102
+
+
 def residuals_without(
     rows: FloatArray,
-    gram: FloatArray,
-    inverse: FloatArray,
+    regression: HasGram,
     residuals: FloatArray,
     apart: FloatArray | None = None,
 ) -> FloatArray:
     """Residuals of rows by the regression without them, from those with all rows: (n, words).
 
-    Shapes: `rows` (n, columns); `gram`, `inverse` (columns, columns); `residuals` (n, words).
+    Shapes: `rows` (n, columns); `residuals` (n, words).
 
     `apart`: I - H of the rows, where it is known.
     """
     if apart is None and len(rows) > SMALLER * rows.shape[1]:
-        back = np.linalg.solve(gram - rows.T @ rows, rows.T @ residuals)
+        back = np.linalg.solve(regression.gram - rows.T @ rows, rows.T @ residuals)
         return np.asarray(residuals + rows @ back)
-    apart = without_share(rows, inverse) if apart is None else apart
+    apart = without_share(rows, regression.inverse) if apart is None else apart
     return np.asarray(np.linalg.solve(apart, residuals))
 
 

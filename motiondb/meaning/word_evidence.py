@@ -60,15 +60,18 @@ class Heard:
 
     # (segments + captures, words): the rows of a capture are those of its segments and, behind
     # them, that of the whole
-    odds: FloatArray
-    likeness: FloatArray  # (captures, words): that of the caption map, which ``odds`` has too
+    odds: FloatArray | Float32Array
+    # (captures, words): that of the caption map, which ``odds`` has too
+    likeness: FloatArray | Float32Array
     meanings: Float32Array  # (captures, axes): meanings that the motion suggests (``caption_map``)
 
     def by_capture(self, rows: Mapping[int, slice]) -> Mapping[int, FloatArray]:
         """Log-odds of the captures with these rows of the table: arrays (segments + 1, words)."""
         ends = np.cumsum([part.stop - part.start + 1 for part in rows.values()]).tolist()
         inside = {c: slice(a, b) for c, a, b in zip(rows, [0, *ends], ends)}
-        return WhenAsked(rows, lambda capture: self.odds[inside[capture]])
+        return WhenAsked(
+            rows, lambda capture: self.odds[inside[capture]].astype(np.float64, copy=False)
+        )
 
 
 def hear_takes(
@@ -90,18 +93,17 @@ def hear_takes(
             wholes[some] = vectors[ends[some.start + 1 : some.stop + 1] - first - 1]
     suggested = captions.suggest(wholes)
     likeness, meanings = suggested.likeness(), suggested.meanings.astype(np.float32)
-    return Heard(with_likeness(odds, likeness, ends[1:] - 1), likeness, meanings)
+    odds[ends[1:] - 1] += 2.0 * likeness
+    return Heard(odds, likeness, meanings)
 
 
-def with_likeness(
-    odds: FloatArray, likeness: FloatArray, wholes: int | IntArray = -1
-) -> FloatArray:
-    """Log-odds (rows, words) with the likeness of captures as a whole, whose rows are given.
+def with_likeness(odds: FloatArray, likeness: FloatArray) -> FloatArray:
+    """Log-odds (rows, words) with the likeness of a capture as a whole, whose row is the last.
 
     An action's log-odds are half those of the whole capture, so that twice the likeness adds it
     once.
     """
-    odds[wholes] += 2.0 * likeness
+    odds[-1] += 2.0 * likeness
     return odds
 
 

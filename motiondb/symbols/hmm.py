@@ -379,11 +379,11 @@ def rescore(
     segments = np.stack([starts, ends, np.arange(len(starts))], axis=1)
     work = int((ends - starts).sum()) * symbols.means[0].size * n_likely
     n_pieces = held.n_pieces(SCORE_SECONDS * work)
-    pieces = [
+    pieces = (  # made one after another: the places of the largest scores take twice their memory
         (part, segments[some], _likeliest(scores[some], n_likely))
         for part, own in held.of_parts(starts)
         for some in runs(own.tolist(), n_pieces)
-    ]
+    )
     results = trusted(held.workers, _are_rescored, _score_again, pieces, symbols)
     for (_, some, likely), values in results:
         fresh[some[:, 2:], likely] = values

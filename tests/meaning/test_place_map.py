@@ -102,7 +102,7 @@ def test_left_out_predictions_are_those_of_a_fit_without_the_take() -> None:
     shown = np.random.default_rng(5).uniform(size=(len(takes.vectors), N_WORDS))
     weights = weights_of(takes)
     mean = weights @ shown / weights.sum()
-    evidence = fit_places(takes, shown).left_out(takes)
+    evidence = fit_places(takes, shown).left_out(takes.rows())
     predicted = evidence * place_map.spreads_of(mean) / place_map.SHARPNESS + mean
     for inside in takes.rows():
         others = np.delete(np.arange(len(shown)), inside)

@@ -7,6 +7,7 @@ second (measured on 160 MB).
 
 from __future__ import annotations
 
+import os
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from typing import Any, BinaryIO
@@ -120,21 +121,42 @@ class JoinedRows(NDArrayOperatorsMixin):
 class FileRows:
     """Rows (rows, columns) in an open file, of which memory holds only those that are looked at."""
 
-    def __init__(self, file: BinaryIO, shape: tuple[int, int], dtype: DTypeLike) -> None:
+    def __init__(
+        self, file: BinaryIO, shape: tuple[int, int], dtype: DTypeLike, first_byte: int = 0
+    ) -> None:
         self._file, self.shape, self.dtype = file, shape, np.dtype(dtype)
+        self._first, self._width = first_byte, shape[1] * self.dtype.itemsize
+        self.size = shape[0] * shape[1]
 
     def __len__(self) -> int:
         return self.shape[0]
 
-    def __getitem__(self, which: slice) -> NDArray[Any]:
+    def beside(self, shape: tuple[int, int], dtype: DTypeLike) -> FileRows:
+        """Further rows, of zeros, behind all others in the same file."""
+        first_byte = self._file.seek(0, os.SEEK_END)
+        made = FileRows(self._file, shape, dtype, first_byte)
+        self._file.truncate(first_byte + shape[0] * made._width)
+        return made
+
+    def __getitem__(self, which: slice | NDArray[Any]) -> NDArray[Any]:
+        if not isinstance(which, slice):
+            numbers = np.arange(len(self))[which]
+            edges = np.flatnonzero(np.diff(numbers) != 1) + 1
+            runs = np.split(numbers, edges) if len(numbers) else []
+            parts = [self[int(run[0]) : int(run[-1]) + 1] for run in runs]
+            return np.concatenate([self[:0], *parts])
         start, stop, step = which.indices(len(self))
-        width = self.shape[1]
-        self._file.seek(start * width * self.dtype.itemsize)
-        size = max(stop - start, 0) * width * self.dtype.itemsize
-        read = bytearray(self._file.read(size))
-        if len(read) != size:
+        read = bytearray(max(stop - start, 0) * self._width)
+        self._file.seek(self._first + start * self._width)
+        if self._file.readinto(read) != len(read):  # type: ignore[attr-defined]
             raise OSError("the file is shorter than its rows")
-        return np.frombuffer(read, self.dtype).reshape(-1, width)[::step]
+        return np.frombuffer(read, self.dtype).reshape(-1, self.shape[1])[::step]
+
+    def __setitem__(self, which: slice, rows: NDArray[Any]) -> None:
+        start, stop, _ = which.indices(len(self))
+        self._file.seek(self._first + start * self._width)
+        made = np.broadcast_to(rows, (stop - start, self.shape[1]))
+        self._file.write(np.ascontiguousarray(made, self.dtype).data)
 
 
 def page_checksum(array: NDArray[Any]) -> int:

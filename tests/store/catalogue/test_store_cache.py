@@ -436,3 +436,25 @@ def test_where_it_cannot_be_written_the_arrays_stay_in_memory(filled: store.Stor
     held = store.cached_rows(filled, "places", Maker())
     assert not is_mapped(held.rows[:])
     assert held.rows.shape == (18, 2)
+
+
+def test_rows_beside_those_of_a_file_are_written_and_read_as_an_array(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    first, wanted = rng.normal(size=(5, 3)).astype(np.float32), rng.normal(size=(7, 2))
+    with (tmp_path / "rows").open("w+b") as file:
+        file.write(first.data)
+        held = store.FileRows(file, (5, 3), np.float32)
+        beside = held.beside((7, 2), np.float64)
+        beside[4:7], beside[0:4] = wanted[4:], wanted[:4]
+        np.testing.assert_array_equal(held[:], first)
+        for which in (slice(2, 9), np.array([6, 0, 1, 3]), wanted[:, 0] > 0.0, slice(0, 0)):
+            np.testing.assert_array_equal(beside[which], wanted[which])
+        assert not held.beside((2, 2), np.float64)[:].any()
+
+
+def test_rows_of_a_file_that_is_cut_are_an_error(tmp_path: Path) -> None:
+    with (tmp_path / "rows").open("w+b") as file:
+        rows = store.FileRows(file, (4, 2), np.float32).beside((4, 2), np.float32)
+        file.truncate(8)
+        with pytest.raises(OSError, match="shorter than its rows"):
+            rows[1:3]
