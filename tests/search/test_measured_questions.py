@@ -433,6 +433,7 @@ def test_directions_that_no_caption_holds_are_measured_of_several_actions(
     assert (answer.unknown, answer.not_used) == ({}, ())
     against = {text for match in answer.matches for text in match.contradicted}
     assert "does not stay in place" in against
+    assert db.search("does not go backward", limit=1).unknown.keys() == {"backward"}  # left out
 
 
 def test_who_goes_on_the_whole_time_is_measured(db: motiondb.MotionDB) -> None:

@@ -384,11 +384,11 @@ def hold_to_known(
     """
     unknown, not_used = dict[str, tuple[str, ...]](), list(question.not_used)
 
-    def known(action: Action) -> Action | None:
+    def known(action: Action, is_asked: bool = True) -> Action | None:
         if action.words in seen:
             return action
         words, manners = tuple(word for word in action.words if word in counts), []
-        kept = measured(action.words) if words and measured is not None else ()
+        kept = measured(action.words) if words and is_asked and measured is not None else ()
         words = tuple(word for word in action.words if word in counts or word in kept)
         for word in action.words:
             if word not in (*counts, *words, *unknown):
@@ -438,24 +438,26 @@ def hinted(
     )
 
 
-def _hold(node: Node, known: Callable[[Action], Action | None]) -> Node | None:
-    """A tree with ``known`` applied to every action; None removes the action."""
+def _hold(
+    node: Node, known: Callable[[Action, bool], Action | None], is_asked: bool = True
+) -> Node | None:
+    """A tree with ``known`` applied to every action, asked for or not; None removes the action."""
     match node:
         case Action():
-            return known(node)
+            return known(node, is_asked)
         case Anything():
             return node
         case Without():
-            part = _hold(node.part, known)
-            kept = [e for one in node.excluded if (e := _hold(one, known)) is not None]
+            part = _hold(node.part, known, is_asked)
+            kept = [e for one in node.excluded if (e := _hold(one, known, False)) is not None]
             if not kept:
                 return part
             return without(Anything() if part is None else part, kept, node.later)
         case Repeated() | Lasting() | Measured():
-            part = _hold(node.part, known)
+            part = _hold(node.part, known, is_asked)
             return None if part is None else replace(node, part=part)
         case _:
-            kept = [p for part in node.parts if (p := _hold(part, known)) is not None]
+            kept = [p for part in node.parts if (p := _hold(part, known, is_asked)) is not None]
             return join(type(node), kept) if kept else None
 
 
