@@ -171,7 +171,7 @@ def _groups(
     if not heads:
         return [tuple(word for word in action if word not in GENERAL)], []
     if not said(heads):
-        return _as_said([word for word in action if word in MODIFIERS or word in heads], said)
+        return _said_groups([word for word in action if word in MODIFIERS or word in heads], said)
     kept = list(heads)
     for word in action:
         if word in MODIFIERS and said([*kept, word]):
@@ -180,14 +180,14 @@ def _groups(
     return [ordered], [w for w in action if w not in kept and w not in GENERAL]
 
 
-def _as_said(
+def _said_groups(
     words: Sequence[str], said: Callable[[Collection[str]], bool]
 ) -> tuple[list[tuple[str, ...]], list[str]]:
     """Words that captions do not say together, in the longest groups that they do; those left out.
 
     A direction or limb stays with the action beside it, if captions say it of that.
 
-    >>> _as_said(("hand", "stand", "walk"), lambda words: "walk" not in words or len(words) < 2)
+    >>> _said_groups(("hand", "stand", "walk"), lambda words: "walk" not in words or len(words) < 2)
     ([('hand', 'stand'), ('walk',)], [])
     """
     groups, waiting, lost = list[list[str]](), list[str](), list[str]()
