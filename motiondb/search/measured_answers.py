@@ -454,14 +454,14 @@ def _not_vertical(
     seen: SeenFrames, action: Sequence[str], place: PartPlace, believed: Collection[str]
 ) -> list[str]:
     """That somebody does not sit down, stand up, or walk up where this is asked for."""
-    event = event_of(action)
-    if seen.is_away:  # words alone say what is done
+    event, lasting = event_of(action), [w for w in vertical_ways(action) if w not in believed]
+    is_change = event in ("seat", "rise") and {"up", "down"}.isdisjoint(believed)
+    if not (is_change or lasting) or seen.is_away:  # of takes away words alone say what is done
         return []
-    if event in ("seat", "rise") and {"up", "down"}.isdisjoint(believed):
+    if is_change:
         found = seen.events(event)
         if not any(a < place.end + AT_ONCE and b > place.start - AT_ONCE for a, b in found):
             return [f"does not {'sit down' if event == 'seat' else 'stand up'}"]
-    lasting = [w for w in vertical_ways(action) if w not in believed]
     return [f"does not go {w}" for w in lasting if trodden_anywhere(seen.track, w) < 1.0]
 
 
