@@ -68,6 +68,7 @@ from motiondb.meaning.travelled import (
     furthest,
     largest_part,
     lasting_turns,
+    means_around,
     say_not_gone,
     share_of_full,
     turning,
@@ -313,9 +314,7 @@ def _way(track: FloatArray, measured: str) -> FloatArray:
         feet = np.minimum(*(running_median(track[:, k], LASTING) for k in (4, 5)))
         return np.maximum(np.minimum(above_standing, feet), 0.0)
     if measured in ("stop", "start"):
-        from scipy.ndimage import uniform_filter1d  # most questions do without
-
-        speed = uniform_filter1d(np.hypot(track[:, 1], track[:, 2]), STEADY, mode="nearest")
+        speed = means_around(np.hypot(track[:, 1], track[:, 2]), STEADY)
         return np.minimum(speed, MOVING)
     if measured in ALOFT:
         return np.cumsum(aloft(track)) / MOTION_FPS

@@ -125,6 +125,20 @@ def means_of(values: FloatArray, size: int) -> FloatArray:
     return (sums[size:] - sums[:-size]) / size
 
 
+def means_around(values: FloatArray, size: int) -> FloatArray:
+    """Means over `size` values around each, the first and last repeated: array (frames, ...).
+
+    As ``scipy.ndimage.uniform_filter1d`` with ``mode="nearest"``.
+
+    >>> means_around(np.array([0.0, 3.0, 6.0]), 3).tolist()
+    [1.0, 3.0, 5.0]
+    """
+    before = size // 2
+    first, last = values[:1], values[-1:]
+    ends = np.repeat(first, before, axis=0), np.repeat(last, size - 1 - before, axis=0)
+    return means_of(np.concatenate([ends[0], values, ends[1]]), size)
+
+
 def longest_going(
     speed: FloatArray,
     words: Sequence[str],
@@ -324,10 +338,7 @@ def _first_stay(ground: FloatArray, n: int) -> int | None:
 
 def _along(speeds: FloatArray, axis: int, fps: float) -> FloatArray:
     """Speed along an axis (0: left, 1: ahead), 0 where it is slower than across: (frames,)."""
-    from scipy.ndimage import uniform_filter1d  # a quarter of a second; other questions do without
-
-    size = round(STEADY * fps)
-    steady = np.abs(uniform_filter1d(speeds[:, :2], size, axis=0, mode="nearest"))
+    steady = np.abs(means_around(speeds[:, :2], round(STEADY * fps)))
     return np.where(steady[:, axis] > steady[:, 1 - axis], speeds[:, axis], 0.0)
 
 

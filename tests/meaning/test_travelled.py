@@ -7,13 +7,20 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.ndimage import uniform_filter1d
 
 import motiondb
 from motiondb.answers.questions import search_answer
 from motiondb.body.features import recognition_features
 from motiondb.body.pose_vectors import from_path
 from motiondb.language.vocabulary import IN_A_CIRCLE, IN_PLACE
-from motiondb.meaning.travelled import directions_to_measure, furthest, share_of_full, speeds_of
+from motiondb.meaning.travelled import (
+    directions_to_measure,
+    furthest,
+    means_around,
+    share_of_full,
+    speeds_of,
+)
 from motiondb.records import Float32Array
 from motiondb.search.asking import understand_learned
 from motiondb.search.by_words import MEASURED, search_words
@@ -185,6 +192,13 @@ def test_an_action_with_a_count_or_a_duration_is_measured(
     assert answer.measured == ("in place",)
     assert (against,) in contradicted(answer, "")
     assert answer.nothing == "probably nothing in this database matches"
+
+
+@pytest.mark.parametrize(("n", "size"), [(40, 15), (40, 30), (3, 15), (1, 4), (0, 15)])
+def test_means_around_are_those_of_scipy(n: int, size: int) -> None:
+    values = np.random.default_rng(n).normal(size=(n, 2))
+    expected = uniform_filter1d(values, size, axis=0, mode="nearest") if n else values
+    assert means_around(values, size) == pytest.approx(expected, abs=1e-12)
 
 
 @pytest.mark.parametrize(
