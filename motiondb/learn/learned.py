@@ -53,7 +53,6 @@ from motiondb.records import (
     Association,
     Caption,
     CaptureInfo,
-    Float32Array,
     FloatArray,
     IntArray,
 )
@@ -333,7 +332,7 @@ class Learned(LearnedModel):
         return solve_caption_map(moments, word_vectors().of(words))
 
     @property
-    def likeness(self) -> FloatArray | Float32Array:
+    def likeness(self) -> FloatArray:
         """Likeness of every word to what every capture suggests: array (captures, words), nats."""
         return self.heard.likeness
 
@@ -519,14 +518,13 @@ class Learned(LearnedModel):
 def prepare(learned: Learned) -> dict[str, NDArray[Any]]:
     """Evidence of words in all captures, which questions need.
 
-    They are those of ``heard``, and ``extremes`` (3, captures, words): the largest and the smallest
-    over the segments, and those of the whole, with captions. All are float32: of hours they are
-    large.
+    They are those of ``heard``, whose reasons add up to 1e-9, and ``extremes`` (3, captures,
+    words), float32: the largest and the smallest over the segments, and those of the whole, with
+    captions.
     """
     if learned.fitted_word_map is None or not learned.rows:
         return {}
     learned = replace(learned, prepared=Prepared(learned))  # what it computes is not kept
     extremes = learned.evidence.extremes
     both = [extremes.highest, extremes.lowest, extremes.whole]
-    arrays = {**vars(learned.heard), "extremes": np.stack(both, dtype=np.float32)}
-    return {name: array.astype(np.float32, copy=False) for name, array in arrays.items()}
+    return {**vars(learned.heard), "extremes": np.stack(both, dtype=np.float32)}

@@ -60,18 +60,15 @@ class Heard:
 
     # (segments + captures, words): the rows of a capture are those of its segments and, behind
     # them, that of the whole
-    odds: FloatArray | Float32Array
-    # (captures, words): that of the caption map, which ``odds`` has too
-    likeness: FloatArray | Float32Array
+    odds: FloatArray
+    likeness: FloatArray  # (captures, words): that of the caption map, which ``odds`` has too
     meanings: Float32Array  # (captures, axes): meanings that the motion suggests (``caption_map``)
 
     def by_capture(self, rows: Mapping[int, slice]) -> Mapping[int, FloatArray]:
         """Log-odds of the captures with these rows of the table: arrays (segments + 1, words)."""
         ends = np.cumsum([part.stop - part.start + 1 for part in rows.values()]).tolist()
         inside = {c: slice(a, b) for c, a, b in zip(rows, [0, *ends], ends)}
-        return WhenAsked(
-            rows, lambda capture: self.odds[inside[capture]].astype(np.float64, copy=False)
-        )
+        return WhenAsked(rows, lambda capture: self.odds[inside[capture]])
 
 
 def hear_takes(

@@ -66,10 +66,11 @@ def assess(points: FloatArray, fps: float, has_toes: bool = True) -> Quality:
     if not found:
         rate = rate_finding(flown, m.n / m.fps, "the capture")
         needs = supports(m)
-        stands = any(each.part == "feet" for each in needs)
-        wrong = [each for each in faults(m) if not (stands and each.kind == "floor tilts")]
-        doubted = {need: by for need in needs if (by := _breaks(need, wrong))}
+        every = faults(m)
+        doubted = {need: by for need in needs if (by := _breaks(need, every))}
         needs = [need for need in needs if need not in doubted]
+        stands = any(each.part == "feet" for each in needs)
+        wrong = [each for each in every if not (stands and each.kind == "floor tilts")]
         found = needs + wrong + ([rate] if rate else falls(m))
     found.sort(key=lambda each: (each.start, each.kind))
     numbers = np.array([_number(found, s) for s in range(n_seconds)])

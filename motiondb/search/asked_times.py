@@ -42,6 +42,7 @@ def asked_time(question: KnownQuestion, read: Sequence[Reading]) -> str:
 
 
 def _is_whole(time: str) -> bool:
+    """Whether a part of a question names a whole take."""
     return re.fullmatch(WHOLE, time, re.IGNORECASE) is not None
 
 

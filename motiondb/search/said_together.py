@@ -25,6 +25,7 @@ from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
+from motiondb.language.lemmas import VERBS
 from motiondb.language.question.readings import Part, Reading
 from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import MODIFIERS, TRAVELS
@@ -100,8 +101,8 @@ def searched_together(
             learned = tuple(word for word in action if word in asked.numbers) or action
             groups, lost = _groups(learned, said) if is_known else (_unimplied(learned), [])
             stood = [group for group in groups if {*group} <= STANDING]
-            is_held = len(stood) < len(groups) and _UP.isdisjoint(action)
-            if stood and is_held:  # "stand on tiptoe", but not "stand up from a stool"
+            acts = any(not VERBS.isdisjoint(group) for group in groups if group not in stood)
+            if stood and acts and _UP.isdisjoint(action):  # "stand on tiptoe", not "on a stool"
                 stands[action] = groups
                 groups = [group for group in groups if group not in stood]
             searched += groups

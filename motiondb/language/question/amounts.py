@@ -132,7 +132,9 @@ _COUNT = re.compile(_COUNT_PATTERN, re.VERBOSE | re.IGNORECASE)
 _NUMBER = re.compile(
     r"(?:(?:(?P<more>at least|no fewer than|more than)"
     r"|(?P<fewer>at most|no more than|fewer than|less than)|exactly) )?"
-    rf"(?:(?P<number>{NUMBER})(?:{_RANGE.replace('|and', '')}(?P<high>{NUMBER}))?"
+    rf"(?:(?:between (?P<from>{NUMBER}) and (?P<till>{NUMBER})"
+    rf"|(?P<number>{NUMBER})(?:{_RANGE.replace('|and', '')}(?P<high>{NUMBER}))?)"
+    r"(?: or (?P<plus>more))?"
     r"|(?:a\s+|one\s+)?single(?=\s))",
     re.IGNORECASE,
 )
@@ -358,13 +360,16 @@ def match_number(text: str, place: int = 0) -> tuple[int, float, float | None] |
     ((14, 3.0, None), (12, 0.0, 2.0))
     >>> match_number("two or three jumps"), match_number("a single jump")
     ((12, 2.0, 3.0), (8, 1.0, 1.0))
+    >>> match_number("between 2 and 4 jumps"), match_number("two or more jumps")
+    ((15, 2.0, 4.0), (11, 2.0, None))
     """
     match = _NUMBER.match(text, place)
     if match is None:
         return None
-    number = to_number(match["number"] or "one")
-    high = to_number(match["high"]) if match["high"] else number
-    more, fewer = (match["more"] or "").lower(), (match["fewer"] or "").lower()
+    number = to_number(match["number"] or match["from"] or "one")
+    high = match["high"] or match["till"]
+    high = to_number(high) if high else number
+    more, fewer = (match["more"] or match["plus"] or "").lower(), (match["fewer"] or "").lower()
     if more:
         return match.end(), number + (more == "more than"), None
     if fewer:

@@ -46,12 +46,16 @@ _HALF = r"half\s+(?:a\s+)?"
 _LENGTH = rf"(?:{_SECONDS}|(?:{_HALF})?(?:second|minute)|few\s+seconds|half|third)"
 _PART = rf"(?:first|last|final)\s+{_LENGTH}"
 _EDGE = r"the\s+(?:very\s+)?(?:beginning|start|end)"
-_OF_TAKE = r"(?:the|a|each|every)\s+(?:clip|take|capture|file|recording|motion|sequence)"
+_OF_TAKE = (  # a request is read without "clip" and "recording" at its end
+    r"(?:the|a|each|every)(?:\s+(?:clip|take|capture|file|recording|motion|sequence)"
+    r"|(?=\s*(?:[,.;?!]|$)))"
+)
 _UNIT = r"(?:s|sec|secs|seconds?|min|mins|minutes?)"
 _POINT = rf"(?:second\s+{FEW}|{FEW}(?:\s*{_UNIT})?)"
 WHOLE = (
-    r"(?:for\s+)?the\s+(?:whole|entire)\s+(?:time|clip|take|capture|recording)|all\s+the\s+time"
-    r"|throughout(?:\s+the\s+(?:clip|take|recording))?|from\s+(?:start|beginning)\s+to\s+(?:finish|end)"
+    r"(?:for\s+)?the\s+(?:whole|entire)(?:\s+(?:time|clip|take|capture|recording)"
+    r"|(?=\s*(?:[,.;?!]|$)))|all\s+the\s+time"
+    r"|throughout(?:\s+the\s+(?:clip|take|recording)|(?!\s+(?:the|a|an)\b))|from\s+(?:start|beginning)\s+to\s+(?:finish|end)"
 )
 """Pattern of what is said of a whole take."""
 _SPAN = (
@@ -71,12 +75,12 @@ _WORDS = (
         "when",
         r"(?:(?:but\s+)?(?:not|never)\s+)?(?:"
         rf"(?:(?:with)?in|during|for)\s+the\s+{_PART}(?:\s+and\s+(?:in\s+)?the\s+{_PART})*"
-        rf"|at\s+{_EDGE}\s+of\s+(?:{_OF_TAKE}|(?:the|a|each|every)(?=\s*(?:[,.;?!]|$)))"
+        rf"|at\s+{_EDGE}\s+of\s+{_OF_TAKE}"
         rf"|at\s+{_EDGE}(?:\s+(?:and|or)\s+{_EDGE})*(?!\s+of\b))"
         rf"|(?:after|before|until|till)\s+(?:the\s+first\s+)?{_SECONDS}(?=\s*(?:[.;?!]|$))"
         rf"|(?:at|near|around|about|after|before|until|till)\s+second\s+{FEW}"
         rf"|at\s+(?:(?:about|around)\s+)?{_SECONDS}(?!\s+(?:each|intervals?|per)\b)"
-        rf"|{_SECONDS}\s+in(?:to\s+{_OF_TAKE})?(?=\s*(?:[,.;?!]|$))|{_SPAN}"
+        rf"|(?:(?:about|around)\s+)?{_SECONDS}\s+in(?:to\s+{_OF_TAKE})?(?=\s*(?:[,.;?!]|$))|{_SPAN}"
         rf"|the\s+{_PART}\s+of\b"
         rf"|(?:half-?\s?way\s+through|in\s+the\s+middle\s+of)\s+{_OF_TAKE}"
         r"|(?:half-?\s?way(?:\s+through)?|in\s+the\s+middle)(?=\s*(?:[,.;?!]|$))"
@@ -90,7 +94,7 @@ _WORDS = (
         "vague",
         r"for\s+(?:a|some|quite\s+a)\s+(?:very\s+)?(?:long\s+|short\s+|little\s+)?"
         r"(?:while|time|moment|bit)|for\s+(?:long|ages)|once\s+in\s+a\s+while|from\s+time\s+to\s+time"
-        r"|briefly|sometimes|often"
+        r"|briefly|sometimes|often|(?<!at\s)(?:(?:the\s+)?most(?:\s+of\s+the\s+time)?|fewest|least)"
         r"|(?:a\s+few|several|some|a\s+couple\s+of)\s+(?:met(?:er|re)s?|yards?|feet|degrees)",
     ),
     (
@@ -137,13 +141,17 @@ _WORDS = (
         "not",
         r"not\s+(?:while|whilst|when|during)|(?:anything|everything|something|all"
         r"|any\s+(?:motion|movement|action))\s+"
-        r"(?:but|except(?:\s+for)?|other\s+than|apart\s+from)|with(?:out|\s+no|\s+neither)|w/o"
+        r"(?:but|except(?:\s+for)?|other\s+than|apart\s+from)|with(?:out|\s+(?:no|zero|neither))|w/o"
         r"|except(?:ing)?(?:\s+(?:for|that|when|where))?|exclud(?:es?|ing)|minus|not|never"
         r"|no\s+longer|no\s+one|neither|nobody|none|no|other\s+than|instead\s+of|rather\s+than"
         r"|apart\s+from|aside\s+from|lacking|cannot|[a-z]+n't"
         r"|(?:do|does|did|is|are|was|were|wo|ca|should|would|could|has|have|had)nt",
     ),
-    ("than", r"than(?:\s+(?!(?:and|but|or|then|while)\b)[^\W\d_]+)+"),
+    (
+        "than",
+        r"than(?:\s+(?!(?:and|but|or|then|while|with|without|before|after|until|at|in|for|from|on"
+        r"|during|once|twice)\b)[^\W\d_]+)+",
+    ),
     ("nor", r"nor"),
     ("or", r"and/or|or\s+else|or|alternatively"),
     ("either", r"either|whether"),
@@ -194,7 +202,7 @@ _TIME_OF_TAKE = re.compile(
     r"|at\s+the\s+(?:very\s+)?(?P<edge>beginning|start|end)(?:\s+of\b.*)?"
     rf"|(?P<side>after|before|until|till)\s+(?:the\s+first\s+)?(?P<limit>{_POINT})"
     rf"|(?:at|near|around|about)\s+(?:(?:about|around)\s+)?(?P<at>{_POINT})"
-    rf"|(?P<into>{_SECONDS})\s+in(?:to\b.*)?"
+    rf"|(?:(?:about|around)\s+)?(?P<into>{_SECONDS})\s+in(?:to\b.*)?"
     rf"|(?:from|between)\s+(?P<from>{_POINT})\s+(?:to|until|till|and)\s+(?P<to>{_POINT})"
     rf"|(?P<middle>half|in\s+the\s+middle).*|{WHOLE}",
 )
@@ -232,7 +240,7 @@ def time_of_take(text: str, seconds: float) -> tuple[float, float] | None:
         unit = re.search(rf"(?:{_UNIT})?$", found["to"])
         bare = re.fullmatch(FEW, found["from"])
         start = _duration(f"{found['from']} {unit[0] if unit and bare else ''}")
-        end = _duration(found["to"])
+        start, end = sorted((start, _duration(found["to"])))
     elif found["middle"]:
         start, end = seconds / 3.0, 2.0 * seconds / 3.0
     elif not (found["edge"] or found["length"]):
