@@ -303,11 +303,7 @@ def _place_arrays(opened: store.Store, learned: Learned) -> Mapping[str, NDArray
     """The fitted maps of places from the cache; they stay when other captures are added."""
     if learned.places is None:
         return {}
-    mark = f"{learned.places_digest} without gram"
-
-    def make() -> Mapping[str, NDArray[Any]]:
-        return {n: array for n, array in learned.place_arrays.items() if n != "gram"}  # large
-
+    make, mark = (lambda: learned.place_arrays), learned.places_digest
     return store.cached_arrays(opened, PLACES, make, mark, False)
 
 

@@ -375,14 +375,12 @@ class Learned(LearnedModel):
     def map_arrays(self) -> dict[str, NDArray[Any]]:
         """What ``caption_map`` and ``description_map`` are restored from."""
         maps = {"caption": self.caption_map, "description": self.description_map}
-        arrays = {
+        return {
             f"{name} {part}": array
             for name, each in maps.items()
             if each is not None
             for part, array in vars(each).items()
         }
-        centres = "description centres"  # large; scores change by 3e-7
-        return {n: a.astype(np.float32) if n == centres else a for n, a in arrays.items()}
 
     def _ready_map(self, name: str) -> dict[str, NDArray[Any]]:
         """The prepared arrays of a map by their own names."""

@@ -238,7 +238,7 @@ class _Regression:
         """
         root = np.sqrt(self.weights[n])
         residuals = root * y - cues @ slopes
-        return y - residuals_without(cues, self, residuals) / root
+        return y - residuals_without(cues, self.gram, self.inverse, residuals) / root
 
 
 def _sharpened(segment: FloatArray, predicted: FloatArray) -> FloatArray:

@@ -462,7 +462,7 @@ def _restored(
                 own[:, words] = y
         return np.concatenate(shown)
 
-    fitted_to = arrays["centre"], arrays.get("gram"), arrays["inverse"]
+    fitted_to = (arrays[name] for name in ("centre", "gram", "inverse"))
     regression = Regression(MadeRows(bounds, rows_of), roots, *fitted_to)
     centred = regression.centred(MadeRows(bounds, shown_of), arrays["mean"])
     fitted = Fitted(regression, arrays["mean"], arrays["slopes"], centred)
@@ -480,8 +480,7 @@ def place_evidence(
 ) -> PlaceEvidence:
     """The evidence of places for the captures of a table; `standardised` (segments, columns).
 
-    `arrays`: Those that :func:`fit_arrays` gave for the same places and segments; the gram may be
-    left out.
+    `arrays`: Those that :func:`fit_arrays` gave for the same places and segments.
     """
     rows = capture_rows(table)
     placed: dict[int, slice] = {}

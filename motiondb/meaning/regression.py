@@ -49,8 +49,7 @@ import math
 import operator
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
-from typing import Annotated, Protocol, Self
+from typing import Annotated, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -166,17 +165,8 @@ class Regression:
     rows: FloatArray | Float32Array | MadeRows
     roots: FloatArray  # (n, 1): roots of the weights
     centre: FloatArray  # (columns,): weighted mean of the features
-    # (columns, columns): sum of products of ``rows``, with the ridge; None where it is not kept
-    products: FloatArray | None
+    gram: FloatArray  # (columns, columns): sum of products of ``rows``, with the ridge
     inverse: FloatArray  # (columns, columns): its inverse A
-
-    @cached_property
-    def gram(self) -> FloatArray:
-        """The sum of products of ``rows``, with the ridge, which few questions need."""
-        if self.products is not None:
-            return self.products
-        with one_blas_thread():  # sums of several threads differ in their last bits
-            return np.asarray(np.linalg.inv(self.inverse), dtype=np.float64)
 
     def fit(self, target: FloatArray) -> Fitted:
         """The regression with targets (n, words)."""
@@ -253,20 +243,22 @@ class Fitted:
         """As :meth:`of_others`, of parts that follow one another, each without itself alone."""
         begin, known = parts[0].start, apart or [None] * len(parts)
         found = np.empty((parts[-1].stop - begin, self.slopes.shape[1]))
+        gram, inverse = self.regression.gram, self.regression.inverse
         for some, inside in together(parts):
             rows = np.asarray(self.regression.rows[inside], np.float64)
             centred, low = self.centred[inside], inside.start
             residuals = centred - rows @ self.slopes
             for part, own in zip(parts[some], known[some]):
                 a, b = part.start - low, part.stop - low
-                left = residuals_without(rows[a:b], self.regression, residuals[a:b], own)
+                left = residuals_without(rows[a:b], gram, inverse, residuals[a:b], own)
                 found[part.start - begin : part.stop - begin] = centred[a:b] - left
         return found
 
     def _errors(
         self, rows: FloatArray, centred: FloatArray, apart: FloatArray | None = None
     ) -> FloatArray:
-        return residuals_without(rows, self.regression, centred - rows @ self.slopes, apart)
+        gram, inverse = self.regression.gram, self.regression.inverse
+        return residuals_without(rows, gram, inverse, centred - rows @ self.slopes, apart)
 
 
 def prepare(
@@ -316,32 +308,23 @@ def without_share(rows: FloatArray, inverse: FloatArray) -> FloatArray:
     return np.asarray(np.eye(len(rows)) - rows @ inverse @ rows.T)
 
 
-class HasGram(Protocol):
-    """A sum of products of rows with the ridge, and its inverse: arrays (columns, columns)."""
-
-    @property
-    def gram(self) -> FloatArray: ...  # noqa: D102
-
-    @property
-    def inverse(self) -> FloatArray: ...  # noqa: D102
-
-
 def residuals_without(
     rows: FloatArray,
-    regression: HasGram,
+    gram: FloatArray,
+    inverse: FloatArray,
     residuals: FloatArray,
     apart: FloatArray | None = None,
 ) -> FloatArray:
     """Residuals of rows by the regression without them, from those with all rows: (n, words).
 
-    Shapes: `rows` (n, columns); `residuals` (n, words).
+    Shapes: `rows` (n, columns); `gram`, `inverse` (columns, columns); `residuals` (n, words).
 
     `apart`: I - H of the rows, where it is known.
     """
     if apart is None and len(rows) > SMALLER * rows.shape[1]:
-        back = np.linalg.solve(regression.gram - rows.T @ rows, rows.T @ residuals)
+        back = np.linalg.solve(gram - rows.T @ rows, rows.T @ residuals)
         return np.asarray(residuals + rows @ back)
-    apart = without_share(rows, regression.inverse) if apart is None else apart
+    apart = without_share(rows, inverse) if apart is None else apart
     return np.asarray(np.linalg.solve(apart, residuals))
 
 

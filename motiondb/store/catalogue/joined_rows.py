@@ -148,7 +148,7 @@ class FileRows:
         start, stop, step = which.indices(len(self))
         read = bytearray(max(stop - start, 0) * self._width)
         self._file.seek(self._first + start * self._width)
-        if self._file.readinto(read) != len(read):  # type: ignore[attr-defined]
+        if self._file.readinto(read) != len(read):  # type: ignore[attr-defined]  # of a raw file
             raise OSError("the file is shorter than its rows")
         return np.frombuffer(read, self.dtype).reshape(-1, self.shape[1])[::step]
 
