@@ -57,7 +57,7 @@ from motiondb.body.features import runs
 from motiondb.language.question import amounts
 from motiondb.language.question.amounts import Measure
 from motiondb.language.question.readings import say_count
-from motiondb.language.question.tree import LIMBS
+from motiondb.language.question.tree import LIMBS, SIDES
 from motiondb.language.vocabulary import LEAST_OFTEN, MODIFIERS, MOST_OFTEN, TRAVELS
 from motiondb.meaning.limb_sides import PUNCHES
 from motiondb.meaning.occurrences import BEGINNING, FLIGHTS, event_of, find_occurrences
@@ -221,6 +221,7 @@ def degree_of(words: Sequence[str]) -> Degree | None:
     ('time', 'step')
     >>> degree_of(("kick", MOST_OFTEN)).measure, degree_of(("wave", MOST_OFTEN))
     ('count', None)
+    >>> degree_of(("kick", "left", "foot", MOST_OFTEN))
     """
     jumps, steps = not _JUMPS.isdisjoint(words), not _STEPS.isdisjoint(words)
     by_speed = not {*_FAST, *_SLOW}.isdisjoint(words)  # by which "a fast walk with long steps" goes
@@ -231,7 +232,8 @@ def degree_of(words: Sequence[str]) -> Degree | None:
     of, table = others[0] if others else (frozenset(words), _speeds_as("limbs") if acts else {})
     table = travel if travels else table
     table = _OF_JUMPS if jumps else table
-    counted = event_of([word for word in words if word not in _OF_COUNTS])
+    is_sided = not (SIDES | LIMBS | _AHEAD).isdisjoint(words)  # of which no number was measured
+    counted = "" if is_sided else event_of([word for word in words if word not in _OF_COUNTS])
     table = table | (_OF_COUNTS if counted else {})
     named = {word for word in words if word in table}
     if not jumps and ((steps and by_speed) or not {*words} - named <= TRAVELS):

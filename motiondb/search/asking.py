@@ -36,6 +36,7 @@ from motiondb.language.question.tree import (
     LIMBS,
     SIDES,
     Action,
+    AtOnce,
     Measured,
     Node,
     NotUsed,
@@ -271,6 +272,7 @@ def understand(
     is_said = is_said and (bool(hand_at(only)) or not OF_POSTURES.isdisjoint(only))
     is_seen_alone = is_alone and (only in sentence.seen or not is_said)
     time = asked_time(known, read) if looks_at_motion else ""
+    time = "" if degree is not None and degree.measure == "count" else time  # of whole takes
     seen = (only,) if is_seen_alone else sentence.seen if looks_at_motion else ()
     return AskedQuestion(
         sentence.text,
@@ -279,7 +281,7 @@ def understand(
         known,
         plain_actions(known.tree)[0],
         tuple(
-            replace(part, text=sentence.forms.get(part.text, part.text))
+            replace(part, text=as_said(sentence.forms.get(part.text, part.text)))
             for part in hinted((*known.not_used, *not_searched), hints)
             if part.text != time
         ),
@@ -341,8 +343,14 @@ def _moves_hands(action: Sequence[str]) -> bool:
 
 
 def asked_degree(sentence: Sentence) -> Degree | None:
-    """The degree of the only action of a question, also of one that lasts or is repeated."""
-    action = core(sentence.parsed.tree)
+    """The degree of the only action of a question, also of one that lasts or is repeated.
+
+    A posture beside it does not count: "the highest jump off the left foot".
+    """
+    tree = sentence.parsed.tree
+    parts = tree.parts if isinstance(tree, AtOnce) else (tree,)
+    acting = [a for part in parts if (a := core(part)) is None or not is_posture_alone(a.words)]
+    action = acting[0] if len(acting) == 1 else core(tree)
     degree = None if action is None else degree_of(action.all_words)
     if action is not None and degree is not None and degree.measure == "limbs":
         degree = None if sentence.is_said(action.all_words) else degree  # "quick stop"
@@ -370,7 +378,8 @@ def is_counted(part: Part) -> bool:
     said = part.said or part.actions
     if len(said) == 1 and posture_of(said[0]):
         return True
-    return len(part.actions) == 1 and event_of(part.actions[0]) in COUNTED_EVENTS
+    is_one = len(part.actions) == 1 and len(said) < 2
+    return is_one and event_of(part.actions[0]) in COUNTED_EVENTS
 
 
 def _measured_limits(

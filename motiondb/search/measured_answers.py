@@ -77,10 +77,10 @@ from motiondb.search.measured_amounts import gauge, gauged_action
 from motiondb.search.measured_postures import (
     CLEAR_SIDE,
     events_of_side,
-    flown_to,
     goes_anywhere,
     held_inside,
     held_meanwhile,
+    is_flown,
     lacks_posture,
     leaves_posture_open,
     not_flown,
@@ -438,7 +438,7 @@ def _compare_action(
     ]
     for direction in directions_to_measure(action):
         is_said = direction in believed
-        if direction == flown_to(action) and not is_said and not seen.is_away:
+        if is_flown(direction, action) and not is_said and not seen.is_away:
             against += not_flown(seen, action, place)
             continue
         ways = _ways(seen, direction, action, place, shown[int(is_said)], seconds)

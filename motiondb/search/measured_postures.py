@@ -143,19 +143,28 @@ def on_other_foot(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> 
 
 
 def flown_to(action: Sequence[str]) -> str:
-    """The side to which an action jumps; "" if it names none.
+    """The side to which an action jumps, "sideways" for either; "" if it names none.
 
     >>> flown_to(("jump", "left")), flown_to(("hop", "left", "leg")), flown_to(("walk", "left"))
     ('left', '', '')
+    >>> flown_to(("jump", "left", "right"))
+    'sideways'
     """
-    sides = SIDES.intersection(action) - {"both"}
+    sides = {"left", "right", "sideways"}.intersection(action)
     is_plain = not (turning(action) or limbs_to_measure(action) or hop_on(action))
-    return min(sides) if is_plain and len(sides) == 1 and {*FLIGHTS}.intersection(action) else ""
+    if not (is_plain and sides and {*FLIGHTS}.intersection(action)):
+        return ""
+    return min(sides) if len(sides) == 1 else "sideways"
+
+
+def is_flown(direction: str, action: Sequence[str]) -> bool:
+    """Whether a direction is the side to which an action jumps."""
+    return bool(flown_to(action)) and direction in ("left", "right", "sideways")
 
 
 def goes_anywhere(seen: SeenFrames, action: Sequence[str], direction: str) -> bool:
     """Whether a take goes in a direction of an action anywhere, of jumps to a side in a flight."""
-    if direction == flown_to(action) and not seen.is_away:
+    if is_flown(direction, action) and not seen.is_away:
         return bool(events_of_side(seen, action, seen.events("jump")))
     return seen.goes_once(direction, turning(action))
 
@@ -179,9 +188,11 @@ def events_of_side(
         return [hop for hop in found if hop in hops]
     aside = flown_to(action)
     if aside and not seen.is_away:
-        sign = 1.0 if aside == "left" else -1.0
+        goes_ahead = not {"forward", "backward", "back"}.isdisjoint(action)
         ways = [flown(seen.track, flight) for flight in found]
-        return [f for f, (left, ahead) in zip(found, ways) if sign * left >= max(FLOWN, abs(ahead))]
+        to_side = [{"left": left, "right": -left}.get(aside, abs(left)) for left, _ in ways]
+        least = [FLOWN if goes_ahead else max(FLOWN, abs(ahead)) for _, ahead in ways]
+        return [f for f, way, bound in zip(found, to_side, least) if way >= bound]
     if turning(action) and len(SIDES.intersection(action)) == 1 and not seen.is_away:
         sign = 1.0 if "left" in action else -1.0
         return [(a, b) for a, b in found if sign * seen.track[a:b, 3].sum() > 0.0]

@@ -104,7 +104,9 @@ class Chain:
     def _add_bare(self, node: Node, separator: str) -> bool:
         """Add a bare node to the action before it; return False if it must be a separate part."""
         if self.parts and actions_of(self.parts[-1]):
-            if separator == "then" and names_words(node):
+            if separator == "comma" and holds_at(self.parts[-1]) and holds_at(node):
+                self.parts[-1] = join(Both, [self.parts[-1], node])
+            elif separator == "then" and names_words(node):
                 self.parts.append(say_again(self.parts[-1], node))
                 self.list_start = len(self.parts) - 1
             else:

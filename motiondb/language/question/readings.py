@@ -54,7 +54,9 @@ from motiondb.language.question.tree import (
     without,
 )
 from motiondb.language.vocabulary import (
+    LEAST_OFTEN,
     MODIFIERS,
+    MOST_OFTEN,
     as_said,
     nearest_words,
     nothing_known,
@@ -408,14 +410,16 @@ def hold_to_known(
         return Action(words, tuple(manners)) if words or manners else None
 
     tree = _hold(question.tree, known)
-    not_used += [NotUsed(word, reason_unknown(near)) for word, near in unknown.items()]
+    not_used += [NotUsed(word, reason_unknown(near, word)) for word, near in unknown.items()]
     if tree is None or not any(isinstance(node, Action) for node in walk(tree)):
         raise UnknownWordsError(nothing_known(question.text, unknown))
     return KnownQuestion(question.text, tree, unknown, tuple(not_used))
 
 
-def reason_unknown(near: tuple[str, ...]) -> str:
+def reason_unknown(near: tuple[str, ...], word: str = "") -> str:
     """Why an unknown word is not used, with the known words that may be meant."""
+    if word in (MOST_OFTEN, LEAST_OFTEN):
+        return "takes are ordered by number only for one action that is counted, of any side"
     return f"not in the captions{say_perhaps(near)}"
 
 
@@ -433,7 +437,9 @@ def hinted(
 ) -> tuple[NotUsed, ...]:
     """Parts that are not used, with other hints for unknown words; see :func:`with_hints`."""
     return tuple(
-        NotUsed(left.text, reason_unknown(hints[left.text])) if left.text in hints else left
+        NotUsed(left.text, reason_unknown(hints[left.text], left.text))
+        if left.text in hints
+        else left
         for left in not_used
     )
 
