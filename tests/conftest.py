@@ -160,8 +160,8 @@ _FEW = (
 
 
 @pytest.fixture(scope="session")
-def learned_few(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Twelve captures of four performers, learned."""
+def learned_few(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Twelve captures of four performers, learned, and held open: to write, take a copy."""
     from sample_motions import copied_samples
 
     folder = tmp_path_factory.mktemp("few")
@@ -169,7 +169,9 @@ def learned_few(tmp_path_factory: pytest.TempPathFactory) -> Path:
     with motiondb.open(folder / "motions.duckdb") as db:
         db.add(captures, words=words)
         db.learn()
-    return folder / "motions.duckdb"
+    with motiondb.open(folder / "motions.duckdb", read_only=True) as db:
+        db.info()
+        yield folder / "motions.duckdb"
 
 
 @pytest.fixture

@@ -27,7 +27,7 @@ N_THREADS = 8
 
 
 @pytest.fixture(scope="module")
-def learned_few(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Path:
+def four_learned(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) -> Path:
     """A database that has learned three symbols from four captures with words."""
     folder = tmp_path_factory.mktemp("few")
     for name in WORDS:
@@ -43,9 +43,9 @@ def learned_few(tmp_path_factory: pytest.TempPathFactory, samples_folder: Path) 
 
 
 @pytest.fixture
-def few(tmp_path: Path, learned_few: Path) -> Path:
+def few(tmp_path: Path, four_learned: Path) -> Path:
     """A copy that a test may change."""
-    return shutil.copy(learned_few, tmp_path / "few.duckdb")
+    return shutil.copy(four_learned, tmp_path / "few.duckdb")
 
 
 @pytest.fixture
@@ -237,10 +237,10 @@ def test_threads_ask_while_another_changes(db: MotionDB, samples_folder: Path) -
 
 @pytest.mark.parametrize("ask", [MotionDB.like, MotionDB.describe])
 def test_every_thread_gets_the_same_answer(
-    learned_few: Path, ask: Callable[[MotionDB, str], object]
+    four_learned: Path, ask: Callable[[MotionDB, str], object]
 ) -> None:
     """All threads ask an open database for the first time at once."""
-    with motiondb.open(learned_few, read_only=True) as db, ThreadPoolExecutor(N_THREADS) as pool:
+    with motiondb.open(four_learned, read_only=True) as db, ThreadPoolExecutor(N_THREADS) as pool:
         answers = list(pool.map(lambda _: ask(db, "ana/jump_1"), range(N_THREADS)))
         assert len({str(getattr(answer, "matches", answer)) for answer in answers}) == 1
 

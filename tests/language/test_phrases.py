@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+import inspect
 import re
 from importlib import resources
 
 import pytest
 
+from motiondb.language import requests
 from motiondb.language.phrases import phrases, read_phrases
-
-ASKED_FOR = "REQUEST OF_CAPTURES NAMED_CAPTURES LENGTH LIGHT FROM_ONE FROM_TO BECOMES SEVERAL MOST"
-ASKED_FOR += " FEWEST BEGINS IS_PLACED NUMERAL"  # by motiondb/language/requests.py
 
 
 def test_every_pattern_with_a_name_is_used() -> None:
     text = resources.files("motiondb.language").joinpath("request_phrases.txt").read_text("utf-8")
     rules = "".join(line for line in text.splitlines() if not line.startswith("#"))
-    used = {*re.findall(r"\{([A-Z_]+)\}", rules), *ASKED_FOR.split()}
+    asked_for = re.findall(r'"([A-Z_]{4,})"', inspect.getsource(requests))
+    used = {*re.findall(r"\{([A-Z_]+)\}", rules), *asked_for}
     assert set(phrases("request").expressions) == used
 
 

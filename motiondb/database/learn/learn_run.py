@@ -87,7 +87,7 @@ def _beside(path: Path) -> BinaryIO:
     except OSError as error:
         raise MotionDBError(
             f"{path.parent}: expected a folder in which learning can write, found: "
-            f"{error.strerror}. Some 30 MB an hour of motion are needed while it learns."
+            f"{error.strerror}. Some 40 MB an hour of motion are needed while it learns."
         ) from error
 
 

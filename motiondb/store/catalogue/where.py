@@ -274,10 +274,16 @@ class _Reader:
 def condition_text(name: str, value: str) -> str:
     """Return the filter that a column or tag has a value.
 
-    >>> condition_text("performer", 'a "b" and c')
-    '"performer"="a ""b"" and c"'
+    >>> condition_text("performer", 'a "b" and c'), condition_text("take no.", "3")
+    ('performer="a ""b"" and c"', '"take no."="3"')
     """
-    return "=".join('"' + text.replace('"', '""') + '"' for text in (name, value))
+    name, value = ('"' + text.replace('"', '""') + '"' for text in (name, value))
+    plain = name[1:-1]
+    is_plain = re.fullmatch(r"[^\W\d]\w*", plain) and plain.casefold() not in _SYNTAX
+    return f"{plain if is_plain else name}={value}"
+
+
+_SYNTAX = frozenset(("and", "or", "not", "in", "needs"))  # Words that are no names without quotes
 
 
 def _unquoted(text: str) -> str:

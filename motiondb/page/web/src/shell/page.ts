@@ -146,6 +146,7 @@ export async function startPage(root: HTMLElement): Promise<void> {
     const route = parseRoute(location.hash, FIRST);
     const view = VIEWS.find((one) => one.name === route.view);
     if (!view) return replace(routeTo(FIRST));
+    if (shown === view.name) void latest(); // back before another view was loaded
     if (shown !== view.name) {
       const loaded = Promise.all([view.load(), view.flat ? null : loadStage()]).catch(() => {
         throw new ApiError(

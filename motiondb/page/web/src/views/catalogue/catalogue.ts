@@ -37,7 +37,7 @@ interface Wanted {
   capture: string;
   /** What stands in place of the rows. */
   list: List;
-  /** Large previews in place of the table(). */
+  /** Large previews in place of the table. */
   grid: boolean;
   /** The part and the moment of the shown capture. */
   place: Place;

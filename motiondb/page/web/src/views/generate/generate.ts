@@ -169,15 +169,16 @@ export function open(host: HTMLElement, context: Context): OpenView {
 
   async function showOne(id: string): Promise<void> {
     try {
-      const [made] = (await get("/api/made", { id })).variants;
+      const [made] = (await latest(get("/api/made", { id }))).variants;
       box.value = made.words;
       showVariants([made]);
     } catch (fault) {
-      showFault(results, fault);
+      if (!isAbort(fault)) showFault(results, fault);
     }
   }
 
   function showStart(): void {
+    void latest();
     clear();
     understood.replaceChildren();
     fill(
@@ -222,6 +223,9 @@ export function open(host: HTMLElement, context: Context): OpenView {
     news(news) {
       if (news.kind === "revision" && !asked) showStart();
     },
-    close: clear,
+    close() {
+      void latest();
+      clear();
+    },
   };
 }
