@@ -62,7 +62,6 @@ from motiondb.language.vocabulary import (
 )
 from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
 from motiondb.learn.learned import Learned
-from motiondb.meaning.amounts import degree_of
 from motiondb.meaning.limb_sides import PLAIN
 from motiondb.meaning.postures import OF_POSTURES, beside_posture, is_posture_alone, posture_of
 from motiondb.meaning.travelled import directions_to_measure
@@ -282,11 +281,8 @@ class Sentence:
             is_open = is_posture_alone(action.words) or beside
             if not (is_open and (beside or action.manner)) or not heads.isdisjoint(self.known):
                 return action
-            plain = tuple(word for word in action.words if word not in beside)
-            manner = () if degree_of((*plain, *action.manner)) is None else action.manner
-            lost = (*beside, *(one for one in action.manner if one not in manner))
-            told.extend(NotUsed(as_said(word), OF_POSTURE) for word in lost)
-            return Action(plain, manner)
+            told.extend(NotUsed(as_said(w), OF_POSTURE) for w in (*beside, *action.manner))
+            return Action(tuple(word for word in action.words if word not in beside))
 
         tree = map_actions(question.tree, posture_alone)
         return replace(question, tree=tree, not_used=(*question.not_used, *told))
