@@ -19,7 +19,7 @@ import numpy as np
 from motiondb.search.chances import LIKELY, Found, is_unlikely, lacking_actions
 from motiondb.search.placing import Placed
 
-Rank = tuple[bool, bool, bool, float, float]
+Rank = tuple[bool, int, bool, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,18 +65,18 @@ class Judged:
         return is_against, is_against or _is_weak(answer), *self._first_rank(answer)[2:]
 
     def _placed_rank(self, answer: Found) -> Rank:
-        """Contradicted answers last, probable and clear ones first; then by the degree.
+        """Contradicted answers last, improbable ones before them; then clear ones and the degree.
 
         Who jumps five times, not twice, comes before who does not jump at all.
         """
         placed = self.place(answer)
         is_more = placed.is_miscounted and not _is_weak(answer)  # more often than asked for
-        is_weak = _is_weak(answer) or _is_against(placed)
+        weak = 2 if _is_weak(answer) else int(_is_against(placed))  # a probable one comes first
         amount = 0.0 if placed.amount is None else -self.sign * placed.amount
         is_unclear = placed.is_unclear or bool(np.isnan(amount))
         amount = 0.0 if np.isnan(amount) else amount
         is_other = bool(placed.contradicted) and not is_more
-        return is_other, is_weak, is_unclear, amount, -answer.hit.log_odds
+        return is_other, weak, is_unclear, amount, -answer.hit.log_odds
 
     def looked_at(self, answer: Found) -> Found:
         """An answer, without its probability unless order and motion agree with it.

@@ -415,6 +415,14 @@ def test_what_is_not_measured_of_a_posture_is_told(
     assert told in [part.text for part in answer.not_used]
 
 
+def test_more_of_what_is_shown_comes_before_as_many_of_what_is_not(db: motiondb.MotionDB) -> None:
+    """Of a degree, the speed of what hardly punches is not compared with that of who does."""
+    answer = db.search("punch twice quickly", limit=60)
+    weak = [match.score < 0.5 for match in answer.matches if not match.contradicted]
+    assert weak == sorted(weak)
+    assert False in weak
+
+
 def test_who_stands_while_doing_something_is_measured(db: motiondb.MotionDB) -> None:
     for posed, plain in (
         ("standing wave", "stand while waving"),

@@ -48,10 +48,11 @@ def test_the_first_answers_are_those_of_a_full_sort(
         for answer, (*_, in_order, contradicted, _) in zip(answers, facts)
     }
 
-    def rank(n: int) -> tuple[bool, bool, float]:
+    def rank(n: int) -> tuple[bool, int, float]:
         log_odds, whole, in_order, contradicted, _ = facts[n]
         likely = log_odds >= 0.0 if whole is None else whole >= LIKELY
-        return contradicted, not likely or in_order is False or contradicted, -log_odds
+        is_against = in_order is False or contradicted
+        return contradicted, int(is_against) if likely else 2, -log_odds
 
     looked_at = list[Found]()
 
