@@ -57,6 +57,7 @@ from motiondb.language.question.tree import (
     Question,
     Without,
     actions_of,
+    core,
     map_actions,
     parts_of,
 )
@@ -368,10 +369,15 @@ def _each_word_once(question: Question) -> Question:
 
 
 def _missing(read: Question, counts: dict[str, int]) -> list[tuple[str, ...]]:
-    """Words of the actions without any word of a caption; one known alternative suffices."""
+    """Words of the actions without any word of a caption; one known alternative suffices.
+
+    Of a sentence of one action, a known direction or limb makes none of an unknown one: "lie down".
+    """
 
     def missing(action: Action) -> tuple[str, ...]:
-        return () if any(word in counts for word in action.words) else action.words
+        heads = [word for word in action.words if word not in MODIFIERS]
+        named = heads if heads and action is core(read.tree) else action.words
+        return () if any(word in counts for word in named) else action.words
 
     return _in_actions(read.tree, missing)
 
@@ -391,7 +397,11 @@ def _in_actions(node: Node, words_of: Callable[[Action], tuple[str, ...]]) -> li
 def _nothing_shows(missing: Sequence[tuple[str, ...]], learned: Learned) -> str:
     said = ", ".join(repr(" ".join(words)) for words in missing)
     near = [
-        w for words in missing for word in words for w in nearest_words(word, learned.known_words)
+        near
+        for words in missing
+        for word in words
+        if word not in learned.known_words
+        for near in nearest_words(word, learned.known_words)
     ]
     hint = f"Perhaps {' or '.join(dict.fromkeys(near))}. " if near else ""
     return (

@@ -187,6 +187,11 @@ def test_what_nothing_shows_is_refused_or_made_without(db: MotionDB) -> None:
     assert not made.shows_all
 
 
+def test_a_direction_alone_makes_no_motion_of_an_unknown_action(db: MotionDB) -> None:
+    with pytest.raises(QueryError, match="found 'strafe left', which nothing in the database"):
+        db.generate("strafe left", exact=True)
+
+
 def test_an_action_that_lost_its_verb_is_made_but_not_shown(db: MotionDB) -> None:
     made = db.generate("swim with a ball", exact=True)
     assert made.actions == (("ball",),)
