@@ -82,6 +82,7 @@ _SAID = {
     FIGURE_EIGHT: "in a figure eight",
     **{"hiphop": "hip hop", "thumbsup": "thumbs up", "highfive": "high five"},
     "allfours": "on all fours",
+    "takeoff": "take off from",
     **{OUT_ASIDE: "out to the side", OUT_AHEAD: "out in front"},
     IN_PLACE: "in place",
     IN_A_CIRCLE: "in a circle",
