@@ -90,17 +90,18 @@ def hear_takes(
             wholes[some] = vectors[ends[some.start + 1 : some.stop + 1] - first - 1]
     suggested = captions.suggest(wholes)
     likeness, meanings = suggested.likeness(), suggested.meanings.astype(np.float32)
-    odds[ends[1:] - 1] += 2.0 * likeness
-    return Heard(odds, likeness, meanings)
+    return Heard(with_likeness(odds, likeness, ends[1:] - 1), likeness, meanings)
 
 
-def with_likeness(odds: FloatArray, likeness: FloatArray) -> FloatArray:
-    """Log-odds (rows, words) with the likeness of a capture as a whole, whose row is the last.
+def with_likeness(
+    odds: FloatArray, likeness: FloatArray, wholes: int | IntArray = -1
+) -> FloatArray:
+    """Log-odds (rows, words) with the likeness of captures as a whole, whose rows are given.
 
     An action's log-odds are half those of the whole capture, so that twice the likeness adds it
     once.
     """
-    odds[-1] += 2.0 * likeness
+    odds[wholes] += 2.0 * likeness
     return odds
 
 

@@ -78,6 +78,11 @@ def place_in_time(
     """Where the actions of a part are in a part of the take, and what speaks against it."""
     room = room_asked(seen, time, slice(0, seen.n_frames))
     low, high = FEATURE_STEP * room.start, FEATURE_STEP * room.stop
+    if _is_whole(time):
+        lasting = min(seen.longest_going(action)[0] for action in actions)
+        whole = replace(unsure(place), start=low, end=high, unknown=False)
+        is_shown = lasting * FEATURE_FPS >= WHOLLY * seen.n_frames
+        return (whole, []) if is_shown else (unsure(place), [f"not {time}"])
 
     def inside(one: tuple[int, int]) -> int:
         return min(one[1], high) - max(one[0], low)
@@ -88,11 +93,6 @@ def place_in_time(
     here = place.start, place.end
     event = event_of(actions[0]) if len(actions) == 1 else ""
     events = seen.events(event) if event and not seen.is_away else []
-    if _is_whole(time):
-        lasting = min(seen.longest_going(action)[0] for action in actions)
-        whole = replace(unsure(place), start=low, end=high, unknown=False)
-        is_shown = lasting * FEATURE_FPS >= WHOLLY * seen.n_frames
-        return (whole, []) if is_shown else (unsure(place), [f"not {time}"])
     if not place.unknown and lies_there(here) and not events:
         return unsure(place), []
     action = [word for words in actions for word in words]

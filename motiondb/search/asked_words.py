@@ -51,7 +51,7 @@ from motiondb.meaning.word_evidence import (
     caption_evidence,
 )
 from motiondb.meaning.word_map import WordMap, logit, usual, word_spreads
-from motiondb.records import CaptureInfo, Float32Array, FloatArray, IntArray
+from motiondb.records import CaptureInfo, FloatArray, IntArray
 from motiondb.search.takings import Sentence, Taking, take_word
 
 PLAIN_TAGS = frozenset({"licence", "capture", "segments", "fps", "skeleton"})
@@ -169,7 +169,7 @@ class AskedWords:
         return self.learned.evidence if self.columns is None else self.columns.evidence
 
     @cached_property
-    def likeness(self) -> FloatArray | Float32Array:
+    def likeness(self) -> FloatArray:
         """Likeness of all words to what every capture suggests: array (captures, words), nats."""
         own = self.learned.likeness
         if self.columns is None:

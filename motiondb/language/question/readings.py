@@ -389,11 +389,11 @@ def hold_to_known(
     def known(action: Action, is_asked: bool = True) -> Action | None:
         if action.words in seen:
             return action
-        words, manners = tuple(word for word in action.words if word in counts), []
-        kept = measured(action.words) if words and is_asked and measured is not None else ()
-        words = tuple(word for word in action.words if word in counts or word in kept)
+        is_heard = is_asked and not counts.keys().isdisjoint(action.words)
+        kept = measured(action.words) if is_heard and measured is not None else ()
+        words, manners = tuple(word for word in action.words if word in counts or word in kept), []
         for word in action.words:
-            if word not in (*counts, *words, *unknown):
+            if word not in words and word not in unknown:
                 unknown[word] = nearest_words(word, counts)
         is_lost = not MODIFIERS.issuperset(action.words) and _PLACES.issuperset(words)
         if is_lost and action is not question.tree:

@@ -277,10 +277,9 @@ def condition_text(name: str, value: str) -> str:
     >>> condition_text("performer", 'a "b" and c'), condition_text("take no.", "3")
     ('performer="a ""b"" and c"', '"take no."="3"')
     """
-    name, value = ('"' + text.replace('"', '""') + '"' for text in (name, value))
-    plain = name[1:-1]
-    is_plain = re.fullmatch(r"[^\W\d]\w*", plain) and plain.casefold() not in _SYNTAX
-    return f"{plain if is_plain else name}={value}"
+    quoted, value = ('"' + text.replace('"', '""') + '"' for text in (name, value))
+    is_plain = re.fullmatch(r"[^\W\d]\w*", name) and name.casefold() not in _SYNTAX
+    return f"{name if is_plain else quoted}={value}"
 
 
 _SYNTAX = frozenset(("and", "or", "not", "in", "needs"))  # Words that are no names without quotes
