@@ -381,6 +381,7 @@ def load_pickle(data: bytes, path: object) -> Arrays:
         raise CaptureError(
             path, f"expected a dictionary of arrays, found a {type(found).__name__}. Save one."
         )
+    found = found.get("smpl_params_global", found)  # of GVHMR, beside those in the camera
     if found and all(isinstance(value, dict) for value in found.values()):
         raise CaptureError(
             path, f"expected one motion, found {len(found)}. Save each in a file of its own."

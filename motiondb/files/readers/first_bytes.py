@@ -65,6 +65,7 @@ _SMPL_KEYS = (
     "smpl_poses",
     "fullpose",
     "pose_aa",
+    "pose_quat",
     "pose_world",
     "root_orient",
     "global_orient",

@@ -84,7 +84,7 @@ def read_points(
     if options.fps:
         fps = options.fps
     elif fps is None:
-        fps, why = usual, ""
+        fps, why = (12.5, ", as in KIT-ML") if names == ORDERS["KIT-ML"] else (usual, "")
         if usual == _USUAL_FPS and names == ORDERS["SMPL"] and _begins_as_humanml3d(points):
             fps, why = _FPS_ML3D, ", as in HumanML3D, whose first frame it has"
         told = f"The file has no frame rate; {fps:g} frames a second are taken{why}. "

@@ -81,6 +81,11 @@ def test_places_in_the_world_go_before_those_in_the_camera(tmp_path: Path) -> No
     said = {"pose": poses * 0, "trans": trans * 0, "pose_world": poses, "trans_world": trans}
     read = saved(tmp_path / "a.pkl", {0: {**said, "fps": 60}})
     np.testing.assert_allclose(read.world_positions(), clip.world_positions(), atol=1e-6)
+    in_camera = {"poses": poses * 0, "trans": trans * 0, "fps": 60}
+    in_world = {"poses": poses, "trans": trans, "fps": 60}
+    value = {"smpl_params_incam": in_camera, "smpl_params_global": in_world}
+    read = saved(tmp_path / "a.pkl", value)
+    np.testing.assert_allclose(read.world_positions(), clip.world_positions(), atol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -107,6 +107,7 @@ def test_a_body_in_any_order_has_its_limbs_where_they_were(order: str, tmp_path:
     np.save(tmp_path / "w.npy", np.stack([at[role] for role in spelt], axis=1))
     clip = read_capture(tmp_path / "w.npy", up="y")
     assert any(f"in the order of {order}, under which" in note for note in clip.notes)
+    assert clip.fps == (12.5 if order == "KIT-ML" else 30.0)
     found = retarget.clip_keypoints(clip)
     for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"):
         for side in "lr":
