@@ -26,7 +26,7 @@ from motiondb.generate.smoothness import Smoothness
 from motiondb.language.question.readings import KnownQuestion, hinted, with_hints
 from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts_of
 from motiondb.language.translation import decoding
-from motiondb.language.vocabulary import as_said
+from motiondb.language.vocabulary import as_said, say_not_understood
 from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.search.chances import WordSource, word_sources
@@ -36,7 +36,6 @@ from motiondb.search.takings import (
     hints_of,
     nearest_suggested,
     not_understood,
-    say_not_understood,
     sentence_of,
     unknown_words,
     with_likeliest,

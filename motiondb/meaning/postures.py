@@ -205,7 +205,8 @@ def say_posture(posture: str) -> str:
         "low": "stay low",
         "allfours": "go on all fours",
     }
-    return {"land": "land", "takeoff": "take off"}.get(posture) or said.get(what, what)
+    plain = {"land": "land", "takeoff": "take off", "seat": "sit down", "rise": "stand up"}
+    return plain.get(posture) or said.get(what, what)
 
 
 def is_held(event: str) -> bool:
