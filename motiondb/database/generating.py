@@ -38,6 +38,7 @@ from motiondb.search.takings import (
     not_understood,
     sentence_of,
     unknown_words,
+    with_found,
     with_likeliest,
     write_otherwise,
 )
@@ -245,6 +246,7 @@ def generate(
         takes = takes_of(session)
         check_any(session.learned)
         sentence, same = sentence_of(session.learned, words), dict[str, Taking]()
+        sentence = with_found(sentence, None if exact else nearby_table(), ())
         if exact:
             learned = session.learned
             takings = unknown_words(sentence, nearby_table(), is_replaced=False)
