@@ -477,7 +477,8 @@ def _as_measured(asked: AskedWords, action: Sequence[str]) -> tuple[str, ...]:
 
 def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> bool:
     """Whether a reading, or the only action of a question, names what is measured."""
-    if any(map(measured_words, _compared(asked, reading, only))):
+    compared = _compared(asked, reading, only)
+    if any(measured_words(one) or asked.sure_event(one) for one in compared):
         return True
     return (
         bool(reading.unseen)

@@ -346,7 +346,7 @@ def _at_events(
     if not found:
         lacks = lacks_posture(question.asked, seen, actions[0], found)
         there = " then" if posture and seen.events(event) else ""
-        return place, [f"does not {say_posture(posture)}{there}"] * lacks, True
+        return place, [f"does not {say_posture(posture or event)}{there}"] * lacks, True
     inside = [g for g in groups if g[-1][1] > place.start and g[0][0] < place.end]
     words = [question.asked.numbers[word] for action in part.actions[:1] for word in action]
     evidence = seen.evidence(words) if words else None

@@ -46,7 +46,7 @@ def lacks_posture(
 
     `found`: Where it was found; None: look for it in the whole take.
     """
-    posture = seen_event(action, asked.numbers)
+    posture = seen_event(action, asked.numbers) or asked.sure_event(action)
     if not posture or seen.is_away or _is_said(asked, seen, action):
         return False
     return not (seen.events(posture) if found is None else found)

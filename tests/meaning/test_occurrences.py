@@ -98,7 +98,7 @@ def test_the_stride_of_a_run_is_no_jump() -> None:
 
 def test_walks_and_runs_last() -> None:
     track = standing(300)
-    track[20:100, AHEAD], track[120:200, AHEAD], track[220:240, AHEAD] = 1.2, 3.0, 1.2
+    track[20:100, AHEAD], track[120:200, AHEAD], track[220:228, AHEAD] = 1.2, 3.0, 1.2
     (walk,), (run,) = (find_occurrences(track, word) for word in ("walk", "run"))
     assert np.abs(np.subtract((*walk, *run), (20, 100, 120, 200))).max() < 10
     track[:, LEAN] = 1.2  # on hands and feet
