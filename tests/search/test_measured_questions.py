@@ -196,6 +196,8 @@ def test_what_an_event_alone_does_not_say_is_told(db: motiondb.MotionDB) -> None
     answer = db.search("squat over a puddle", limit=3, exact=True)
     assert [part.text for part in answer.not_used] == ["puddle"]
     assert answer.left == ("over",)
+    answer = db.search("a slow squat while walking", limit=3, exact=True)
+    assert [part.text for part in answer.not_used] == ["slow"]
 
 
 def test_postures_alone_are_looked_for_in_every_capture(db: motiondb.MotionDB) -> None:
