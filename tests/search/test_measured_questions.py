@@ -191,6 +191,17 @@ def test_an_event_that_no_caption_says_is_seen_in_the_motion(db: motiondb.Motion
     assert {match.probability for match in without.matches} == {None}
 
 
+def test_how_many_captures_were_looked_at_is_told(
+    db: motiondb.MotionDB, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert db.search("squat").looked_at == 0
+    monkeypatch.setattr(by_words, "SEEN_ALONE", 40)
+    answer = db.search("squat")
+    assert answer.looked_at == 40
+    assert "looked at the motion of 40 captures, not of all" in answer.remarks
+    assert db.search("walk").looked_at == 0
+
+
 def test_kicks_go_where_they_are_asked_to_go(db: motiondb.MotionDB) -> None:
     """Those of the sample data go ahead of the body, whatever their heading is."""
     kicks = {info.name for info in db.captures() if "kick_1" in info.name}
