@@ -45,10 +45,8 @@ from motiondb.records import LARGEST, MOTION_FPS, Clip, Event, FloatArray
 
 def read_c3d_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> dict[str, Clip]:
     """Read the clip of each performer in the bytes of a C3D file; "" for the only one."""
-    if len(data) >= BLOCK and data[1] == 0x50:
-        said = _read_parameters(data)
-        if said.count("ROTATION:USED") and not said.count("POINT:USED"):
-            return {"": _of_segments(said, path, options)}
+    if (said := _segments_alone(data)) is not None:
+        return {"": _of_segments(said, path, options)}
     return read_markers(c3d_markers(data, path, options), len(data), path, options)
 
 
@@ -69,11 +67,15 @@ def c3d_events(data: bytes, path: object, fps: float, take: str = "") -> list[Ev
     side that the context names. `fps`: the rate at which the frames are read. `take`: the performer
     whose events are read; those without a subject are everybody's.
     """
-    file = read_c3d_file(data, path, skip_bad=True)
+    if (said := _segments_alone(data)) is not None:
+        events, n_frames = _events(said), max(said.frame_counts().values(), default=0)
+    else:
+        file = read_c3d_file(data, path, skip_bad=True)
+        events, n_frames = file.events, file.n_frames
     found = []
-    for event in file.events:
+    for event in events:
         frame = round(event.frame / fps * MOTION_FPS)
-        if not 0 <= event.frame < file.n_frames or (take and event.subject not in ("", take)):
+        if not 0 <= event.frame < n_frames or (take and event.subject not in ("", take)):
             continue
         side = {"left": "l_ankle", "right": "r_ankle"}.get(event.context.lower(), "")
         name = "_".join(event.label.lower().split())
@@ -95,6 +97,13 @@ _ENDS = MappingProxyType(
     {"thigh": "hip", "shank": "knee", "foot": "ankle", "toes": "toe"}
     | {"uarm": "shoulder", "larm": "elbow", "hand": "wrist"}
 )  # Segment -> joint at which it begins
+
+
+def _segments_alone(data: bytes) -> _Said | None:
+    """Return what a file says that has segments in place of points; None for others."""
+    said = _read_parameters(data) if len(data) >= BLOCK and data[1] == 0x50 else None
+    alone = said and said.count("ROTATION:USED") and not said.count("POINT:USED")
+    return said if alone else None
 
 
 def _of_segments(said: _Said, path: object, options: ReadOptions) -> Clip:

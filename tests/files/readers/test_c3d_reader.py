@@ -41,6 +41,8 @@ def segments(n_frames: int = 20, cut: int = 0) -> bytes:
         numbers[:, n, 12:15] = 10.0 * np.stack([x + 0 * ahead, -ahead, y + 0 * ahead], axis=1)
     numbers[3, 1, 16] = -1.0
     said = {"ROTATION:USED": len(named), "ROTATION:DATA_START": 9, "ROTATION:LABELS": [*named]}
+    said |= {"EVENT:USED": 1, "EVENT:LABELS": ["Foot Strike"], "EVENT:CONTEXTS": ["Left"]}
+    said |= {"EVENT:TIMES": [0.0, 0.1]}
     head = c3d_bytes(np.zeros((n_frames, 0, 3)), [], said={**said, "ROTATION:RATIO": 1})
     return head.ljust(8 * BLOCK, b"\0") + numbers.tobytes()[: -cut or None]
 
@@ -51,6 +53,8 @@ def test_segments_of_theia_are_joints() -> None:
     mine, theirs = (retarget.clip_keypoints(each) for each in (clip, plain))
     limbs = [n for n, name in enumerate(body.JOINTS) if name[0] in "lr" and name[2:] != "collar"]
     np.testing.assert_allclose(mine[:, limbs], theirs[:, limbs], atol=0.01)
+    (event,) = c3d_events(segments(), "a.c3d", 100.0)
+    assert (event.name, event.joint) == ("foot_strike", "l_ankle")
     with pytest.raises(CaptureError, match="expected 20 frames of 16 segments, found 19: the file"):
         read_c3d(segments(cut=100), "a.c3d")
 
