@@ -47,7 +47,7 @@ from motiondb.generate.competing_words import (
 from motiondb.generate.sentence_plan import PlannedAction
 from motiondb.language.question.heads import heads_of
 from motiondb.language.question.tree import LIMBS, SIDES, NotUsed
-from motiondb.language.vocabulary import IN_A_CIRCLE
+from motiondb.language.vocabulary import IN_A_CIRCLE, MODIFIERS, as_said
 from motiondb.learn.learned import Learned
 from motiondb.meaning.direction import (
     ALOFT,
@@ -55,6 +55,7 @@ from motiondb.meaning.direction import (
     PLAIN_TURNS,
     VERTICAL,
     directions_of,
+    words_of_measured,
 )
 from motiondb.meaning.limb_sides import limb_held, limbs_to_measure
 from motiondb.meaning.postures import EVERY_POSTURE, is_posture_alone, posture_of
@@ -489,7 +490,11 @@ def seen_sources(
     action = replace(of.action, groups=posed)
     ways = () if of.action.posture else directions_of(of.action.words)
     held_too = (posture, *rests) if posture in EVERY_POSTURE else ()
-    return replace(of, action=action, sources=usual, directions=(*ways, *held_too))
+    directions = (*ways, *held_too)
+    told = MODIFIERS.intersection(of.action.words) - words_of_measured(directions) - {"up", "down"}
+    told = frozenset() if of.action.posture else told.difference(limb_held(of.action.words))
+    left = tuple(NotUsed(as_said(word), "it is not measured") for word in sorted(told))
+    return replace(of, action=action, sources=usual, directions=directions, not_used=left)
 
 
 def picked_source(learned: Learned, of: ActionSources, capture: int) -> ActionSources:

@@ -64,6 +64,8 @@ def without_request(text: str) -> str:
     ('standing , then sitting', 'turns to the right')
     >>> without_request("the arms drop"), without_request("jumps higher than 20 cm")
     ('the arms drop', 'jumps high higher than 20 cm')
+    >>> without_request("runs, jumps, keeps running"), without_request("stands and keeps waving")
+    ('runs, jumps, then running', 'stands and keeps waving')
     >>> without_request("squatting trials"), without_request("three examples of a walk-to-run")
     ('squatting', 'a walk, then run')
     """
@@ -81,6 +83,7 @@ def without_request(text: str) -> str:
     text = named("NAMED_CAPTURES").sub("", named("OF_CAPTURES").sub("", text))
     text = named("FROM_ONE").sub(_in_order, named("BECOMES").sub(_change, text))
     text = table.replaced(named("FROM_TO").sub(_in_order, text))
+    text = named("CONTINUES").sub(_again, text)
     text = named("LIGHT").sub(lambda found: "" if _names_motion(found[1]) else found[0], text)
     for name, often in _COUNTED:
         text = named(name).sub(partial(_as_often, often), text)
@@ -110,6 +113,15 @@ def _change(found: re.Match[str]) -> str:
     if lemma(found[1]) not in VERBS - _OBJECTS:
         return found[0]
     return ", then " if found.string[: found.start()].strip() else ""
+
+
+def _again(found: re.Match[str]) -> str:
+    """An action that goes on after another one; what was found, unless it was said before.
+
+    Who stands and keeps waving does both at once.
+    """
+    before = re.findall(r"[^\W\d_]+", found.string[: found.start()])
+    return f", then {found[1]}" if lemma(found[1]) in map(lemma, before) else found[0]
 
 
 def _in_order(found: re.Match[str]) -> str:

@@ -1,4 +1,4 @@
-"""Where a kick, a punch or a leaning trunk goes: to a side, forward, back, up or down.
+"""Where a kick, a punch or a leaning trunk goes: to a side, forward or back.
 
 It is the direction of the body, not of the room: of a foot from the pelvis where it is highest, of
 a hand from its shoulder where it is farthest, and of the trunk from upright in the mean of a place.
@@ -22,13 +22,8 @@ SHARE = 0.7  # Of the largest other direction: 35 degrees from it
 LEANT = 0.15  # Sine of the angle by which a trunk leans at least
 _LEANS = frozenset(("lean", "bend", "tilt"))
 _OF = {"kick": "kick", "punch": "punch", **dict.fromkeys(_LEANS, "lean")}
-_AIMS = {"back": "backward", "side": "sideways", "straight": "forward"} | {
-    aim: aim for aim in ("left", "right", "sideways", "forward", "backward", "up", "down")
-}
-_MEASURED = {
-    "kick": frozenset(("left", "right", "sideways", "forward", "backward")),
-    "punch": frozenset(_AIMS.values()),
-    "lean": frozenset(("left", "right", "sideways", "forward", "backward")),
+_AIMS = {"back": "backward", "side": "sideways"} | {
+    aim: aim for aim in ("left", "right", "sideways", "forward", "backward")
 }
 _I = body.INDEX
 _SHOULDERS, _WRISTS, _ANKLES = (
@@ -41,16 +36,20 @@ def aims_of(action: Sequence[str]) -> tuple[str, ...]:
 
     >>> aims_of(("kick", "left")), aims_of(("side", "kick", "right", "leg"))
     (('left',), ('side',))
-    >>> aims_of(("punch", "up", "left", "hand")), aims_of(("kick", "left", "foot"))
-    (('up',), ())
+    >>> aims_of(("punch", "left", "hand")), aims_of(("kick", "backward"))
+    ((), ())
     >>> aims_of(("lean", "left", "forward")), aims_of(("walk", "left"))
     (('left', 'forward'), ())
     """
     of = next((_OF[word] for word in action if word in _OF), "")
+    if not of or (of == "lean" and not (LIMBS | {"head"}).isdisjoint(action)):
+        return ()
     found = list[str]()
     for n, word in enumerate(action):
         is_limb = word in SIDES and n + 1 < len(action) and action[n + 1] in LIMBS
-        if of and not is_limb and _AIMS.get(word) in _MEASURED[of]:
+        aim = _AIMS.get(word, "")
+        # feet that go back are no kicks, as those of dancers do
+        if aim and not is_limb and (of, aim) != ("kick", "backward"):
             found.append(word)
     return tuple(found)
 
@@ -87,9 +86,11 @@ def goes_there(track: FloatArray, action: Sequence[str], first: int, behind: int
     of = next(_OF[word] for word in action if word in _OF)
     left, ahead, up = _way(track[first:behind], of)
     amounts = {"left": left, "right": -left, "sideways": abs(left), "forward": ahead}
-    amounts |= {"backward": -ahead, "up": up, "down": -up}
+    amounts |= {"backward": -ahead}
     largest = max(abs(left), abs(ahead), abs(up))
-    asked = [amounts[_AIMS[word]] for word in aims_of(action)]
+    aims = {_AIMS[word] for word in aims_of(action)}
+    aims = aims - {"left", "right"} | {"sideways"} if {"left", "right"} <= aims else aims
+    asked = [amounts[aim] for aim in aims]
     least = SHARE * largest if len(asked) < 2 else 0.3 * largest  # "left and forward"
     return all(amount > max(least, 0.0) for amount in asked)
 

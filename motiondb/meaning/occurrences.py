@@ -15,7 +15,8 @@ kick                a time in which a foot is at least 0.35 m higher than in sta
                     behind the pelvis; the middle of the shank is at 0.29 m on this body
 punch               a time in which a hand is far from its shoulder, not lower than the chest, and
                     that began quickly
-cartwheel, flip,    a time in which the trunk is head downwards, with what leads there and back; a
+cartwheel, flip,    a time in which the trunk is head downwards, with what leads there and back, and
+                    a foot is above the pelvis (but in rolls); a
 somersault, roll,   handstand lasts a second, and in a roll the trunk need only be level
 handstand
 bend, bow           a time of at least 0.3 s in which the trunk leans and the pelvis is not low
@@ -49,7 +50,7 @@ from motiondb.body import body, retarget, rotation
 from motiondb.body.contacts import FEET, MAX_HEIGHT, foot_heights
 from motiondb.body.features import headings, runs, velocity
 from motiondb.body.pose_vectors import path_of
-from motiondb.language.vocabulary import MODIFIERS
+from motiondb.language.vocabulary import IN_PLACE, MODIFIERS
 from motiondb.meaning.aims import reaches
 from motiondb.meaning.limb_sides import outward_speeds, places_of_hands
 from motiondb.meaning.postures import (
@@ -95,6 +96,7 @@ of the leg's length, of a kick."""
 BEHIND = 0.2
 """Metres by which a kicking ankle may be behind the pelvis when it is highest: kicks of karate to
 the side are up to 0.1, arabesques at least 0.3."""
+LONGEST_KICK = 90  # Frames (3 s): who sits on a climbing frame has a foot up for longer
 SHORTEST_KICK = 6  # Frames (0.2 s): the heels of runners are up for less
 EXTENDED, LOWEST_HAND, PUNCH_SPEED = 0.8, -0.25, 2.0
 """Share of the arm's length between shoulder and wrist, height of the wrist relative to the
@@ -116,8 +118,8 @@ _CLEAR = "kick squat crouch sit seat rise turn spin stop cartwheel flip backflip
 CLEAR = frozenset((*_CLEAR.split(), "somersault", *FLIGHTS))
 """Events that tell an action where no caption says it. Hands that go out fast need not punch, and a
 trunk that leans or is level need not bow or roll."""
-SURE = CLEAR - {"hop", "turn", "spin", "stop"}
-"""Events that a take without them surely lacks: slow turns are not all seen."""
+SURE = CLEAR - {"hop", "kick", "turn", "spin", "stop"}
+"""Events that a take without them surely lacks: low kicks and slow turns are not all seen."""
 _NAMES = {"rise": _RISES, "turn": TURNS, "spin": SPINS, "run": RUNS}
 _NAMES |= {"seat": frozenset(("sit",)), "handstand": frozenset(("hand", "stand", "handstand"))}
 FASTEST_WALK, SLOWEST_WALK, SHORTEST_WAY = 2.0, 0.4, 15
@@ -223,7 +225,7 @@ def _clear_event(action: Sequence[str], known: Container[str]) -> str:
     if any(word in known and word not in MODIFIERS for word in action):
         return ""
     event = event_of(action)
-    if not event:
+    if not event and IN_PLACE not in action:
         event = next((e for e in ("run", "walk") if not _names(e).isdisjoint(action)), "")
     return event if event in (*CLEAR, "run", "walk") else ""
 
@@ -259,7 +261,8 @@ def find_occurrences(track: FloatArray, word: str) -> list[tuple[int, int]]:
     [(20, 30), (60, 70)]
     """
     if word == "kick":
-        return closed_runs(_kicking(track, 0) | _kicking(track, 1))
+        kicks = closed_runs(_kicking(track, 0) | _kicking(track, 1))
+        return [(a, b) for a, b in kicks if b - a <= LONGEST_KICK]
     if word == "punch":
         hands = (closed_runs(_begun(track[:, hand] > 0, track[:, hand + 1])) for hand in (6, 8))
         return _one_by_one(sorted(time for times in hands for time in times))
@@ -363,7 +366,10 @@ def _over(track: FloatArray, word: str) -> list[tuple[int, int]]:
         n_over = int((leans[start:end] > (LEVEL if rolls else INVERTED)).sum())
         if flips and (n_over > LONGEST_FLIP or not flies[start:end].any()):
             continue
-        if n_over >= (SHORTEST_SEAT if word == "handstand" else PAUSE):
+        if n_over < (SHORTEST_SEAT if word == "handstand" else PAUSE):
+            continue
+        legs_over = (track[start:end, 4:6].max(axis=1) > track[start:end, 0]).any()
+        if rolls or legs_over:  # who bends down, head downwards, stays on the feet
             found.append((start, end))
     return found
 

@@ -129,11 +129,11 @@ class AskedWords:
 
     @cached_property
     def own(self) -> Container[str]:
-        """The words, but those that a start alone knows."""
+        """The words, but those of a start that own captions have not checked."""
         if self.learned.started is None:
             return self.numbers
-        said = (described.words for described in self.learned.described)
-        return set(self.added).union(*said)
+        checked = (name for name, is_checked in zip(self.names, self.checked) if is_checked)
+        return {*self.added, *checked}
 
     def sure_event(self, action: Sequence[str]) -> str:
         """The event that an action in words of a start surely needs; "" for others.

@@ -59,7 +59,7 @@ from motiondb.meaning.limb_sides import (
     limb_held,
     limbs_to_measure,
 )
-from motiondb.meaning.occurrences import COUNTED, event_of, seen_event
+from motiondb.meaning.occurrences import COUNTED, FLIGHTS, OVER, event_of, seen_event
 from motiondb.meaning.postures import (
     OF_POSTURES,
     is_held,
@@ -231,11 +231,15 @@ def with_found(sentence: Sentence, table: NearbyTable, added: Collection[str]) -
     found = {
         word
         for word, taking in find_takings(sentence, table, added).items()
-        if taking.is_taken
-        and event_of((word,))
-        and event_of((taking.words[0][0],)) == event_of((word,))
+        if taking.is_taken and _kind(word) and _kind(taking.words[0][0]) == _kind(word)
     }
     return replace(sentence, found=frozenset((*added, *found)))
+
+
+def _kind(word: str) -> str:
+    """The event that a word names, or one like it: leaps are jumps."""
+    event = event_of((word,))
+    return "jump" if event in FLIGHTS else "flip" if event in OVER else event
 
 
 def plain_order(sentence: Sentence, takings: Mapping[str, Taking]) -> AskedQuestion:
@@ -279,6 +283,12 @@ def understand(
         free = (w for a in postures if not posture_of(a) for w in {*a} - measured_words(a))
         left = (*left, *searched.left, *sorted(MODIFIERS.intersection(free)))
         read, apart = searched.readings, searched.apart
+        brief = [p for one in read for p in one.parts if p.seconds > 0.0 and not p.actions]
+        not_searched += tuple(
+            NotUsed(say_duration(p.seconds, p.longest), "how long it lasts is not measured")
+            for p in brief
+            if p.said and not lasts_going(p, p.said[0])
+        )
         read = tuple(_with_unseen(counted(one, is_counted), sentence.unseen) for one in read)
         limits = [_measured_limits(asked, part, only) for one in read for part in one.parts]
         met, unmet = (set[str]().union(*of) for of in zip(*limits))
@@ -405,8 +415,10 @@ def is_counted(part: Part) -> bool:
     said = part.said or part.actions
     if len(said) == 1 and posture_of(said[0]):
         return True
-    is_one = len(part.actions) < 2 and len(said) == 1
-    return is_one and event_of((part.actions or said)[0]) in COUNTED_EVENTS
+    if len(said) == 1 and not part.actions:  # seen in the motion alone
+        return bool(seen_event(said[0], ()))
+    is_one = len(part.actions) == 1 and len(said) < 2
+    return is_one and event_of(part.actions[0]) in COUNTED_EVENTS
 
 
 def _measured_limits(

@@ -210,7 +210,7 @@ def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str
 
 def _counted_event(asked: AskedWords, part: Part, actions: Sequence[Sequence[str]]) -> str:
     """The event of a part of one action, which is counted or gives it its place; "" for others."""
-    if part.seconds > 0.0 or not actions:
+    if not actions or (part.seconds > 0.0 and (part.actions or lasts_going(part, actions[0]))):
         return ""
     if "stop" in map(event_of, actions):  # who stops while running does so at the end of it
         return "stop"
@@ -243,6 +243,9 @@ def _meanwhile(
     room: slice,
 ) -> tuple[PartPlace, list[str]]:
     """The place of a part that goes on, leaves, or has a posture, and what speaks against it."""
+    event = asked.sure_event(action)
+    if event and len(part.actions) > 1 and lacks_posture(asked, seen, action):
+        return unsure(place), [f"does not {say_posture(event)}"]
     if lasts_going(part, action):
         return _gone_on(seen, part, action, place, room)
     if len(part.said) > 1 and {*action} <= STANDING:
@@ -485,7 +488,8 @@ def _done_though_excluded(
     done = list[str]()
     end = math.inf if exclusion.later else place.end
     for action, excluded in product(actions or ((),), exclusion.actions):
-        posture = excluded_words(action, excluded)
+        event = seen_event(excluded, asked.numbers)  # which the action need not have
+        posture = excluded if event else excluded_words(action, excluded)
         posed = posture_though_excluded(asked, seen, posture, place.start, place.end)
         if posed is not None:
             done += posed

@@ -75,7 +75,10 @@ def _is_said(asked: AskedWords, seen: SeenFrames, action: Sequence[str]) -> bool
     if asked.evidence.written.get(seen.capture) is None:
         return False
     if not posture_of(action):
-        return False
+        heads = {*action} - MODIFIERS
+        return any(
+            not heads.isdisjoint(words) for words in asked.learned.said_actions(seen.capture)
+        )
     posture, core = posture_of(action), {*action} - PLAIN
     is_at = posture.startswith("at ") and len(core) > 1  # "sit, ankle on knee, hand on chin"
     said = asked.learned.said_actions(seen.capture)

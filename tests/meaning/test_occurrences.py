@@ -63,6 +63,8 @@ def test_upside_down_with_what_leads_there() -> None:
     track = standing()
     track[30:70, LEAN] = 0.8
     track[35:65, LEAN] = 3.0
+    assert find_occurrences(track, "handstand") == []  # who bends down stays on the feet
+    track[35:65, FEET] = 1.5
     assert find_occurrences(track, "handstand") == [(30, 70)]
     assert find_occurrences(track, "cartwheel") == [(30, 70)]
     assert find_occurrences(track, "roll") == [(35, 65)]
@@ -71,7 +73,7 @@ def test_upside_down_with_what_leads_there() -> None:
     quick[30:50, LEAN] = 0.8
     quick[35:45, LEAN] = 3.0
     assert find_occurrences(quick, "flip") == find_occurrences(quick, "handstand") == []
-    quick[35:45, HEIGHT], quick[35:45, FEET] = STANDING + 0.2, 0.5
+    quick[35:45, HEIGHT], quick[35:45, FEET] = STANDING + 0.2, 1.5
     assert find_occurrences(quick, "flip") == [(30, 50)]
 
 
