@@ -537,7 +537,7 @@ def _with_distance(learned: Learned, sources: Sequence[Source]) -> list[Source]:
     if learned.n_posture_and_travel == 0 or len(sources) < 3:
         return list(sources)
     peaks = np.stack(
-        [_weighted(learned.bearing[s.rows], s.values, s.ends - s.starts) for s in sources]
+        [_weighted(learned.bearing(s.rows), s.values, s.ends - s.starts) for s in sources]
     )
     gain = np.array([_peak(s) - s.cost for s in sources])
     weight = np.exp(np.maximum(gain - gain.max(), -20.0))

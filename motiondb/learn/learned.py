@@ -53,6 +53,7 @@ from motiondb.records import (
     Association,
     Caption,
     CaptureInfo,
+    Float32Array,
     FloatArray,
     IntArray,
 )
@@ -129,7 +130,7 @@ class DescribedSegments:
     segments: CaptureSegments
     captures: IntArray  # (captures,): numbers of the captures
     # (captures, words): 1/sqrt(actions) where its captions say a word among that many actions
-    says: FloatArray
+    says: Float32Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -212,13 +213,22 @@ class Learned(LearnedModel):
         last, emphasis = self.n_posture_and_travel, emphasis_of(self.association.words)
         return meaning_space(self.word_map, last, emphasis, self.pooled)
 
+    def bearing(self, rows: slice) -> FloatArray:
+        """Posture and travel of some segments, in their usual spreads: array (rows, columns)."""
+        return self._bearing(rows) / self._bearing_spreads
+
+    def _bearing(self, rows: slice) -> FloatArray:
+        n = self.n_posture_and_travel
+        return self.score_space.standardise_last(self.segments.movement[rows], n)
+
     @cached_property
-    def bearing(self) -> FloatArray:
-        """Posture and travel of all segments, in their usual spreads: array (segments, columns)."""
-        last = self.score_space.standardise_last(
-            self.segments.movement[:], self.n_posture_and_travel
-        )
-        return last / (last.std(axis=0) + 1e-9)
+    def _bearing_spreads(self) -> FloatArray:
+        """Standard deviations of posture and travel over all segments: array (columns,)."""
+        n, at_once = len(self.segments.starts), score_vectors.AT_ONCE
+        parts = (self._bearing(slice(a, a + at_once)) for a in range(0, n, at_once))
+        sums = sum(np.stack([part.sum(axis=0), (part * part).sum(axis=0)]) for part in parts)
+        mean, square = np.asarray(sums) / n
+        return np.sqrt(np.maximum(square - mean * mean, 0.0)) + 1e-9
 
     @cached_property
     def compared(self) -> ComparedSegments:
@@ -494,7 +504,7 @@ class Learned(LearnedModel):
 
         said = self._said_words
         rows = {c: r for c, r in self.rows.items() if c in said and r.stop > r.start}
-        says = np.zeros((len(rows), len(self.word_numbers)))
+        says = np.zeros((len(rows), len(self.word_numbers)), np.float32)
         for n, capture in enumerate(rows):
             words, n_actions = said[capture]
             says[n, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))
