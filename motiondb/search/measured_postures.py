@@ -21,7 +21,7 @@ from motiondb.meaning.limb_sides import (
     limbs_to_measure,
     side_amount,
 )
-from motiondb.meaning.occurrences import FLIGHTS, flown, is_on_foot
+from motiondb.meaning.occurrences import FLIGHTS, flown, is_on_foot, seen_event
 from motiondb.meaning.postures import posture_of, say_posture, sitting, standing
 from motiondb.meaning.travelled import turning
 from motiondb.search.asked_words import AskedWords
@@ -32,6 +32,7 @@ CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thir
 WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
 FLOWN = 0.2  # Metres to a side of a jump that goes there, if it goes less far ahead or back
 BESIDE = 15  # Frames (0.5 s) before or after an action in which it takes off or lands
+AT_ONCE = 60  # Frames (2 s) between events that belong together
 HELD_FOR = 9  # Frames (0.3 s) for which a posture is at least held while something else is done
 
 
@@ -45,7 +46,7 @@ def lacks_posture(
 
     `found`: Where it was found; None: look for it in the whole take.
     """
-    posture = posture_of(action)
+    posture = seen_event(action, asked.numbers) or asked.sure_event(action)
     if not posture or seen.is_away or _is_said(asked, seen, action):
         return False
     return not (seen.events(posture) if found is None else found)
@@ -59,7 +60,7 @@ def leaves_posture_open(
     `alone`: Whether captions say it nowhere, so that no answer has a probability. [start, end): its
     frames.
     """
-    posture = posture_of(action)
+    posture = seen_event(action, asked.numbers)
     what, _, side = posture.partition(" ")
     if not posture or seen.is_away:
         return False
@@ -72,6 +73,8 @@ def _is_said(asked: AskedWords, seen: SeenFrames, action: Sequence[str]) -> bool
     """Whether a caption of a take says the posture of an action, or where its hand is."""
     if asked.evidence.written.get(seen.capture) is None:
         return False
+    if not posture_of(action):
+        return False
     posture, core = posture_of(action), {*action} - PLAIN
     is_at = posture.startswith("at ") and len(core) > 1  # "sit, ankle on knee, hand on chin"
     said = asked.learned.said_actions(seen.capture)
@@ -79,10 +82,10 @@ def _is_said(asked: AskedWords, seen: SeenFrames, action: Sequence[str]) -> bool
 
 
 def posture_though_excluded(
-    seen: SeenFrames, action: Sequence[str], start: int, end: int
+    asked: AskedWords, seen: SeenFrames, action: Sequence[str], start: int, end: int
 ) -> list[str] | None:
     """That frames [start, end) show the posture of an excluded action; None if it is no posture."""
-    posture = posture_of(action)
+    posture = seen_event(action, asked.numbers)
     if not posture or seen.is_away:
         return None
     is_seen = any(a < end and b > start for a, b in seen.events(posture))
@@ -106,7 +109,7 @@ def held_meanwhile(
 
     A caption that says it is not contradicted: a short touch may be elsewhere in the take.
     """
-    posture = posture_of(action)
+    posture = seen_event(action, asked.numbers)
     around = BESIDE if posture.startswith(("land", "takeoff")) else 0  # which a flight adjoins
     held = held_inside(seen.events(posture), place.start - around, place.end + around)
     start, end = max(held, key=lambda run: run[1] - run[0], default=(0, 0))
@@ -202,3 +205,18 @@ def events_of_side(
         clear = [f for f, part in zip(found, inside) if side_amount(part, side) >= CLEAR_SIDE]
         found = clear or found
     return found
+
+
+def events_in_groups(found: Sequence[tuple[int, int]]) -> list[list[tuple[int, int]]]:
+    """Events in groups, of which each follows the one before at once.
+
+    >>> events_in_groups([(0, 10), (20, 30), (200, 210)])
+    [[(0, 10), (20, 30)], [(200, 210)]]
+    """
+    groups: list[list[tuple[int, int]]] = []
+    for one in found:
+        if groups and one[0] - groups[-1][-1][1] <= AT_ONCE:
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    return groups
