@@ -281,6 +281,8 @@ def prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> L
     """The learned model with arrays of all captures from the cache of the database."""
     mark = f"{PREPARED} {store.learning_mark(opened)}{sorted(learned.damaged) or ''}"
     evidence = store.cached_arrays(opened, kind, lambda: prepare(learned), mark)
+    if "odds" in evidence:  # of which questions look at few rows
+        evidence["odds"] = cast(FloatArray, store.JoinedRows.of(evidence["odds"]))
     places, maps = _place_arrays(opened, learned), _map_arrays(opened, learned, kind)
     return replace(learned, prepared=Prepared(learned, evidence, places, maps))
 

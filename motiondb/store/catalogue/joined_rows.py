@@ -21,7 +21,7 @@ from motiondb.records import IntArray
 
 _PAGE = 4096
 """Bytes that are summed before weighting: the size of a page of memory and of most disks."""
-_HELD = 2**26
+_HELD = 2**25
 """Bytes of joined rows that are looked at until memory is given back. By hand: the system then
 maps a page anew, which takes a fifth of a microsecond if the file is in its memory."""
 
@@ -61,6 +61,12 @@ class JoinedRows(NDArrayOperatorsMixin):
             list(zip(self._which.tolist(), self._shifts.tolist())),
         )
         self.shape = (int(bounds[-1]), like.shape[1])
+
+    @classmethod
+    def of(cls, array: NDArray[Any]) -> JoinedRows:
+        """The rows of one array."""
+        edges = np.array([0, len(array)])
+        return cls([lambda: array], array, edges[:1], edges[:1], edges)
 
     def columns(self, low: int, high: int) -> JoinedRows:
         """Some of the columns, of the same memory."""
