@@ -213,22 +213,12 @@ class Learned(LearnedModel):
         last, emphasis = self.n_posture_and_travel, emphasis_of(self.association.words)
         return meaning_space(self.word_map, last, emphasis, self.pooled)
 
-    def bearing(self, rows: slice) -> FloatArray:
-        """Posture and travel of some segments, in their usual spreads: array (rows, columns)."""
-        return self._bearing(rows) / self._bearing_spreads
-
-    def _bearing(self, rows: slice) -> FloatArray:
-        n = self.n_posture_and_travel
-        return self.score_space.standardise_last(self.segments.movement[rows], n)
-
     @cached_property
-    def _bearing_spreads(self) -> FloatArray:
-        """Standard deviations of posture and travel over all segments: array (columns,)."""
-        n, at_once = len(self.segments.starts), score_vectors.AT_ONCE
-        parts = (self._bearing(slice(a, a + at_once)) for a in range(0, n, at_once))
-        sums = sum(np.stack([part.sum(axis=0), (part * part).sum(axis=0)]) for part in parts)
-        mean, square = np.asarray(sums) / n
-        return np.sqrt(np.maximum(square - mean * mean, 0.0)) + 1e-9
+    def bearing(self) -> Float32Array:
+        """Posture and travel of all segments, in their usual spreads: array (segments, columns)."""
+        last = self.score_space.standardise_last(self.segments.movement, self.n_posture_and_travel)
+        last /= last.std(axis=0, dtype=np.float64) + 1e-9
+        return last
 
     @cached_property
     def compared(self) -> ComparedSegments:

@@ -85,14 +85,17 @@ class ScoreSpace:
             rows[:, n_symbols:] = movement[:, :n_movement]
         return self._standardise(rows, n_symbols, 0)
 
-    def standardise_last(self, movement: Float32Array, n: int) -> FloatArray:
-        """The last n columns of such rows: array (segments, n).
+    def standardise_last(self, movement: Float32Array, n: int) -> Float32Array:
+        """The last n columns of such rows, made some at a time: array (segments, n).
 
         Shapes: `movement` (segments, columns), all columns of the rows that are not symbols.
         """
-        n_columns, last = len(self.mean), movement[:, movement.shape[1] - n :]
-        rows = last.astype(np.float64)
-        return self._standardise(rows, n_columns - movement.shape[1], n_columns - n)
+        rows, n_columns = np.empty((len(movement), n), np.float32), len(self.mean)
+        first, n_symbols = n_columns - n, n_columns - movement.shape[1]
+        for low in range(0, len(rows), AT_ONCE):
+            last = movement[low : low + AT_ONCE][:, movement.shape[1] - n :].astype(np.float64)
+            rows[low : low + AT_ONCE] = self._standardise(last, n_symbols, first)
+        return rows
 
     def _standardise(self, rows: FloatArray, n_symbols: int, first: int) -> FloatArray:
         """Standardise the columns of rows from the first on, in place: of hours they are large."""
