@@ -39,7 +39,7 @@ from motiondb.files.own_folder import OwnFolder, own_folder
 from motiondb.files.safe_files import MOST_TEXT
 from motiondb.records import FloatArray, IntArray, Motion
 from motiondb.store.catalogue.captures import load_motion, readable_motions
-from motiondb.store.catalogue.joined_rows import JoinedRows, is_sum, page_checksum
+from motiondb.store.catalogue.joined_rows import JoinedRows, page_checksum
 from motiondb.store.connection.handle import Store
 from motiondb.store.connection.migrations import motiondb_version
 from motiondb.store.connection.transactions import read_meta
@@ -190,7 +190,7 @@ class _Batch:
     checksum: int | None = None  # That its rows should have
 
     def is_sound(self) -> bool:
-        return self.checksum is None or is_sum(self.rows, self.checksum)
+        return self.checksum is None or page_checksum(self.rows) == self.checksum
 
     def places(self, numbers: Mapping[int, int]) -> list[tuple[int, int]]:
         """Place and number of the captures whose mark -> number is known."""
@@ -447,7 +447,7 @@ def _read(folder: OwnFolder, name: str) -> tuple[Arrays, dict[str, int]]:
 def _check(arrays: Arrays, sums: Mapping[str, int]) -> None:
     """Compare arrays with their checksums."""
     for name, array in arrays.items():
-        if not is_sum(array, sums[name]):
+        if page_checksum(array) != sums[name]:
             raise ValueError(f"the array {name} is damaged")
 
 

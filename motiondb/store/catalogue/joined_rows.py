@@ -10,6 +10,7 @@ from __future__ import annotations
 import mmap
 import os
 from bisect import bisect_right
+from collections import Counter
 from collections.abc import Callable, Sequence
 from typing import Any, BinaryIO
 
@@ -53,7 +54,7 @@ class JoinedRows(NDArrayOperatorsMixin):
         follows = (np.diff(which) == 0) & (np.diff(firsts) == np.diff(bounds)[:-1])
         starts = np.flatnonzero(np.concatenate([np.ones(len(which[:1]), dtype=bool), ~follows]))
         self._parts, self._columns, self.dtype = parts, slice(None), like.dtype
-        self._looked = _Looked()
+        self._looked = Counter[int]()  # Part -> bytes looked at since memory was given back
         self._which, self._bounds = which[starts], np.append(bounds[starts], bounds[-1])
         self._shifts = firsts[starts] - bounds[starts]  # from a row to the one of its part
         self._edges, self._runs = (
@@ -91,7 +92,7 @@ class JoinedRows(NDArrayOperatorsMixin):
         run = bisect_right(self._edges, start) - 1
         while start < stop:
             end, (part, shift) = min(stop, self._edges[run + 1]), self._runs[run]
-            rows = self._looked.at(self._parts[part](), end - start)
+            rows = self._look_at(part, end - start)
             pieces.append(rows[start + shift : end + shift, self._columns])
             start, run = end, run + 1
         if not pieces:
@@ -107,9 +108,19 @@ class JoinedRows(NDArrayOperatorsMixin):
         found = np.empty((*numbers.shape, self.shape[1]), self.dtype)
         for part in np.unique(parts).tolist():
             here = parts == part
-            rows = self._looked.at(self._parts[part](), int(here.sum()))
+            rows = self._look_at(part, int(here.sum()))
             found[here] = rows[within[here], self._columns]
         return found
+
+    def _look_at(self, part: int, n_rows: int) -> NDArray[Any]:
+        """The array of a part, of which so many rows are looked at next."""
+        rows = self._parts[part]()
+        self._looked[part] += n_rows * rows.strides[0]
+        if self._looked.total() > _HELD:
+            for each in [*self._looked]:
+                give_back(self._parts[each]())
+            self._looked.clear()
+        return rows
 
     def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         whole = self[:].astype(dtype or self.dtype, copy=False)
@@ -129,23 +140,6 @@ class JoinedRows(NDArrayOperatorsMixin):
     def __reduce__(self) -> tuple[Callable[..., NDArray[Any]], tuple[NDArray[Any]]]:
         """Another process gets the rows as an array."""
         return np.asarray, (np.asarray(self),)
-
-
-class _Looked:
-    """Gives back the memory of mapped rows after many were looked at."""
-
-    def __init__(self) -> None:
-        self._mapped, self._n_bytes = dict[int, NDArray[Any]](), 0
-
-    def at(self, array: NDArray[Any], n_rows: int) -> NDArray[Any]:
-        """The array, of which so many rows are looked at next."""
-        self._mapped[id(array)] = array
-        self._n_bytes += n_rows * array.strides[0]
-        if self._n_bytes > _HELD:
-            every, self._mapped, self._n_bytes = list(self._mapped.values()), {}, 0
-            for each in every:
-                give_back(each)
-        return array
 
 
 def give_back(array: NDArray[Any]) -> None:
@@ -203,7 +197,8 @@ def page_checksum(array: NDArray[Any]) -> int:
 
     A page has 4096 bytes and a word has 8. The bytes after the last whole word are added one by
     one. A change of any single word changes the checksum. Swapping two pages usually changes
-    it too; it does not where the sums of their words agree.
+    it too; it does not where the sums of their words agree. The memory of an array that is mapped
+    from a file is given back.
 
     >>> page_checksum(np.array([7, 1])), page_checksum(np.ones(1024, dtype=np.int64))
     (8, 2048)
@@ -217,11 +212,5 @@ def page_checksum(array: NDArray[Any]) -> int:
     words = rest[: len(rest) // 8 * 8].view(np.uint64).sum(dtype=np.uint64)
     last = rest[len(rest) // 8 * 8 :].sum(dtype=np.uint64)
     total = int((sums * weights).sum(dtype=np.uint64))
-    return (total + (int(words) + int(last)) * (2 * n_whole + 1)) % 2**64
-
-
-def is_sum(array: NDArray[Any], checksum: int) -> bool:
-    """Whether an array has a checksum; its memory is given back if it is mapped from a file."""
-    found = page_checksum(array)
     give_back(array)
-    return found == checksum
+    return (total + (int(words) + int(last)) * (2 * n_whole + 1)) % 2**64
