@@ -50,6 +50,7 @@ from motiondb.body.contacts import FEET, MAX_HEIGHT, foot_heights
 from motiondb.body.features import headings, runs, velocity
 from motiondb.body.pose_vectors import path_of
 from motiondb.language.vocabulary import MODIFIERS
+from motiondb.meaning.aims import reaches
 from motiondb.meaning.limb_sides import outward_speeds, places_of_hands
 from motiondb.meaning.postures import (
     INVERTED,
@@ -130,7 +131,7 @@ _ARMS = tuple(_I[f"{side}_{joint}"] for side in "lr" for joint in ("shoulder", "
 
 
 def measured_track(motion: Motion) -> FloatArray:
-    """What measured words look at: array (frames, 29).
+    """What measured words look at: array (frames, 37).
 
     Height of the pelvis (m), speed to the left and ahead (m/s), turning (rad/s); heights of the
     left and the right foot above standing (m); for the left and the right hand, whether it is
@@ -139,7 +140,8 @@ def measured_track(motion: Motion) -> FloatArray:
     the trunk from upright (rad); height of the head (m); distance of the left and the right ankle
     from the hip, and how far ahead of the pelvis they are (m); the angle of the left and the right
     thigh from hanging down (rad); heights of the left and the right wrist above their shoulders,
-    and above the head, and of the knees (m); the places of the hands (``places_of_hands``).
+    and above the head, and of the knees (m); the places of the hands (``places_of_hands``);
+    where the trunk, the feet and the hands go (``reaches``).
     """
     joints = (0, *FEET, *_HIPS, *_KNEES, *_ARMS, _I["chest"], _I["neck"], _I["head"])
     positions, world = retarget.motion_positions(motion, joints)
@@ -170,7 +172,8 @@ def measured_track(motion: Motion) -> FloatArray:
         positions[:, [_I[f"{side}_{joint}"] for side in "lr"], 1] for joint in ("wrist", "shoulder")
     )
     heights = [wrists - shoulders, wrists - head[:, None], positions[:, _KNEES, 1]]
-    return np.column_stack([*tracked, thighs, *heights, places_of_hands(positions, heading)])
+    held = places_of_hands(positions, heading)
+    return np.column_stack([*tracked, thighs, *heights, held, reaches(positions, heading)])
 
 
 def event_of(words: Sequence[str]) -> str:

@@ -48,6 +48,7 @@ from motiondb.language.question.tree import (
 )
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, TRAVELS, as_said
 from motiondb.learn.learned import Learned
+from motiondb.meaning.aims import aims_of
 from motiondb.meaning.amounts import SPEEDS, Degree, degree_of, is_gauged, usual_degree
 from motiondb.meaning.direction import vertical_ways
 from motiondb.meaning.limb_sides import (
@@ -343,7 +344,9 @@ def _measured_words(action: tuple[str, ...]) -> frozenset[str]:
         ends = action
     elif posture_of(action):
         ends = _OF_ARMS.intersection(action) if _moves_hands(action) else {"down", "allfours"}
-    return frozenset((*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)))
+    return frozenset(
+        (*directions_to_measure(action), *aims_of(action), *limbs, *ends, *vertical_ways(action))
+    )
 
 
 def _moves_hands(action: Sequence[str]) -> bool:

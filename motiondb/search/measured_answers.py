@@ -85,6 +85,7 @@ from motiondb.search.measured_postures import (
     is_flown,
     lacks_posture,
     leaves_posture_open,
+    not_aimed,
     not_flown,
     on_other_foot,
     other_posture,
@@ -422,6 +423,7 @@ def _compare_action(
     """
     against = [
         *on_other_foot(seen, action, place),
+        *not_aimed(seen, action, place, believed),
         *_not_vertical(seen, action, place, believed),
     ]
     against += [

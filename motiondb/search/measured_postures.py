@@ -5,14 +5,15 @@ Raised hands, lying, kneeling, one leg; turns and jumps to a side, hops on a leg
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.tree import SIDES
-from motiondb.language.vocabulary import SINGLE, as_said
+from motiondb.language.vocabulary import MODIFIERS, SINGLE, as_said
+from motiondb.meaning.aims import aims_of, goes_there
 from motiondb.meaning.limb_sides import (
     PLAIN,
     hop_on,
@@ -21,7 +22,7 @@ from motiondb.meaning.limb_sides import (
     limbs_to_measure,
     side_amount,
 )
-from motiondb.meaning.occurrences import FLIGHTS, flown, is_on_foot, seen_event
+from motiondb.meaning.occurrences import FLIGHTS, event_of, flown, is_on_foot, seen_event
 from motiondb.meaning.postures import posture_of, say_posture, sitting, standing
 from motiondb.meaning.travelled import turning
 from motiondb.search.asked_words import AskedWords
@@ -172,6 +173,21 @@ def goes_anywhere(seen: SeenFrames, action: Sequence[str], direction: str) -> bo
     return seen.goes_once(direction, turning(action))
 
 
+def not_aimed(
+    seen: SeenFrames, action: Sequence[str], place: PartPlace, believed: Collection[str]
+) -> list[str]:
+    """That no kick or punch in a place goes where the action says, nor its trunk leans so."""
+    aims = aims_of(action)
+    if not aims or seen.is_away or not {*aims}.isdisjoint(believed):
+        return []
+    event = event_of(action)
+    times = seen.events(event) if event in ("kick", "punch") else [(place.start, place.end)]
+    inside = [time for time in times if time[0] < place.end and time[1] > place.start]
+    is_seen = any(goes_there(seen.track, action, *time) for time in inside)
+    verb = next(word for word in action if word not in MODIFIERS)
+    return [] if is_seen else [f"does not {verb} {' '.join(map(as_said, aims))}"]
+
+
 def not_flown(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
     """That no flight in a place goes to the side to which an action jumps."""
     flights = events_of_side(seen, action, seen.events("jump"))
@@ -196,6 +212,8 @@ def events_of_side(
         to_side = [{"left": left, "right": -left}.get(aside, abs(left)) for left, _ in ways]
         least = [FLOWN if goes_ahead else max(FLOWN, abs(ahead)) for _, ahead in ways]
         return [f for f, way, bound in zip(found, to_side, least) if way >= bound]
+    if aims_of(action) and not seen.is_away:
+        return [time for time in found if goes_there(seen.track, action, *time)]
     if turning(action) and len(SIDES.intersection(action)) == 1 and not seen.is_away:
         sign = 1.0 if "left" in action else -1.0
         return [(a, b) for a, b in found if sign * seen.track[a:b, 3].sum() > 0.0]

@@ -290,7 +290,7 @@ class Sentence:
             heads = {*action.words} - MODIFIERS
             is_open = is_posture_alone(action.words) or bool(beside)
             if self._event(action.words) and not posture_of(action.words):
-                degree = degree_of(action.all_words)
+                degree = degree_of(action.all_words) if core(question.tree) else None
                 measured = degree.words if degree else frozenset[str]()
                 manner = tuple(one for one in manner if one not in measured)
                 beside = tuple(w for w in beside_event(action.words) if w not in measured)

@@ -62,6 +62,8 @@ from motiondb.language.vocabulary import split_actions
         ("he runs, jumps and keeps running", "run | jump | run"),
         ("walks, stops and continues to walk", "walk | stop | walk"),
         ("gets up from lying on the back", "lie down | stand up"),
+        ("punch left then right", "punch left hand | punch right hand"),
+        ("punch to the left", "punch left"),
         ("goes down on the left knee", "kneel down left knee"),
         ("raises the arms and drops them", "raise arm | put arm down"),
         ("raises an arm and then slowly lowers it", "raise arm | slowly put arm down"),

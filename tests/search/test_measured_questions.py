@@ -192,10 +192,23 @@ def test_an_event_that_no_caption_says_is_seen_in_the_motion(db: motiondb.Motion
     assert not db.search("squat", limit=1).measured  # "sit" replaces it
 
 
+def test_kicks_go_where_they_are_asked_to_go(db: motiondb.MotionDB) -> None:
+    """Those of the sample data go ahead of the body, whatever their heading is."""
+    kicks = {info.name for info in db.captures() if "kick_1" in info.name}
+    for way, is_against in (("forward", False), ("backward", True), ("to the left", True)):
+        answer = db.search(f"kick {way}", limit=100)
+        assert answer.left == ()
+        against = {match.capture: match.contradicted for match in answer.matches}
+        said = (f"does not kick {way.split()[-1]}",) if is_against else ()
+        assert {against[name] for name in kicks} == {said}
+
+
 def test_what_an_event_alone_does_not_say_is_told(db: motiondb.MotionDB) -> None:
     answer = db.search("squat over a puddle", limit=3, exact=True)
     assert [part.text for part in answer.not_used] == ["puddle"]
     assert answer.left == ("over",)
+    answer = db.search("a slow squat while walking", limit=3, exact=True)
+    assert [part.text for part in answer.not_used] == ["slow"]
 
 
 def test_postures_alone_are_looked_for_in_every_capture(db: motiondb.MotionDB) -> None:
