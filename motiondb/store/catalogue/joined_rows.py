@@ -2,7 +2,8 @@
 
 A map is compared with its checksum when it is first looked at. Every opening of a database compares
 anew, so checksums must be cheap: sums of 8-byte words run at 5 GB a second, CRC-32 at 0.7 GB a
-second (measured on 160 MB).
+second (measured on 160 MB). The memory of maps is given back after the comparison, and after many
+rows were looked at: a process would hold the whole cache, 16 MB an hour of motion.
 """
 
 from __future__ import annotations
