@@ -90,11 +90,10 @@ class ScoreSpace:
 
         Shapes: `movement` (segments, columns), all columns of the rows that are not symbols.
         """
-        rows, n_columns = np.empty((len(movement), n), np.float32), len(self.mean)
-        first, n_symbols = n_columns - n, n_columns - movement.shape[1]
-        for low in range(0, len(rows), AT_ONCE):
-            last = movement[low : low + AT_ONCE][:, movement.shape[1] - n :].astype(np.float64)
-            rows[low : low + AT_ONCE] = self._standardise(last, n_symbols, first)
+        rows, width = np.empty((len(movement), n), np.float32), movement.shape[1]
+        for some in (slice(low, low + AT_ONCE) for low in range(0, len(rows), AT_ONCE)):
+            last = movement[some][:, width - n :].astype(np.float64)
+            rows[some] = self._standardise(last, len(self.mean) - width, len(self.mean) - n)
         return rows
 
     def _standardise(self, rows: FloatArray, n_symbols: int, first: int) -> FloatArray:
