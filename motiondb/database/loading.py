@@ -281,6 +281,8 @@ def prepared(opened: store.Store, learned: Learned, kind: str = "evidence") -> L
     """The learned model with arrays of all captures from the cache of the database."""
     mark = f"{PREPARED} {store.learning_mark(opened)}{sorted(learned.damaged) or ''}"
     evidence = store.cached_arrays(opened, kind, lambda: prepare(learned), mark)
+    # of the log-odds, questions look at few rows
+    evidence |= {n: cast(Any, store.JoinedRows.of(a)) for n, a in evidence.items() if n == "odds"}
     places, maps = _place_arrays(opened, learned), _map_arrays(opened, learned, kind)
     return replace(learned, prepared=Prepared(learned, evidence, places, maps))
 
@@ -321,8 +323,7 @@ def load_steps(opened: store.Store) -> dict[int, FloatArray]:
     """The times at which feet strike: number of the capture -> seconds."""
     held = store.cached_rows(opened, STEPS, _make_steps)
     times = held.rows[:].astype(np.float64).ravel() if len(held.rows) else np.zeros(0)
-    parts = np.split(times, held.bounds[1:-1])
-    return dict(zip(held.capture_ids.tolist(), parts))
+    return dict(zip(held.capture_ids.tolist(), np.split(times, held.bounds[1:-1])))
 
 
 def _make_steps(motions: Sequence[Motion]) -> list[tuple[Float32Array, float]]:

@@ -59,7 +59,7 @@ from motiondb.meaning.direction import (
 )
 from motiondb.meaning.limb_sides import limb_held, limbs_to_measure
 from motiondb.meaning.postures import EVERY_POSTURE, is_posture_alone, posture_of
-from motiondb.records import FloatArray, IntArray
+from motiondb.records import Float32Array, FloatArray, IntArray
 from motiondb.search.by_words import SEEN_ALONE
 from motiondb.search.said_together import STANDING
 from motiondb.symbols.hmm_jobs import one_blas_thread
@@ -561,7 +561,7 @@ def _with_distance(learned: Learned, sources: Sequence[Source]) -> list[Source]:
     return [replace(s, cost=s.cost + UNLIKE_WEIGHT * float(d)) for s, d in zip(sources, distance)]
 
 
-def _weighted(columns: FloatArray, values: FloatArray, frames: IntArray) -> FloatArray:
+def _weighted(columns: Float32Array, values: FloatArray, frames: IntArray) -> FloatArray:
     """Mean of columns over the segments of largest value: array (columns,)."""
     weight = frames * np.exp(values - values.max())
     return np.asarray(weight @ columns / weight.sum())

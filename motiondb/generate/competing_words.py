@@ -36,7 +36,7 @@ from motiondb.learn.learned import DescribedSegments
 from motiondb.meaning.motion_judge import RELATED
 from motiondb.meaning.nearest_captures import NearestCaptures
 from motiondb.meaning.score_vectors import unit
-from motiondb.records import FloatArray
+from motiondb.records import Float32Array, FloatArray
 
 NEIGHBOURS = 10  # Number of neighbouring captures
 SMALL = 0.03  # The share of one in about thirty neighbours; below it a word counts as absent
@@ -77,7 +77,7 @@ def neighbour_gains(
     return gains
 
 
-def related_words(says: FloatArray, words: Collection[int]) -> set[int]:
+def related_words(says: FloatArray | Float32Array, words: Collection[int]) -> set[int]:
     """Words that mostly occur in the same captures as one of some words, and these words.
 
     >>> sorted(related_words(np.array([[1.0, 1.0, 0.0], [1.0, 0.0, 1.0], [0.0, 0.0, 1.0]]), [1]))

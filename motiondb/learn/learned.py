@@ -53,6 +53,7 @@ from motiondb.records import (
     Association,
     Caption,
     CaptureInfo,
+    Float32Array,
     FloatArray,
     IntArray,
 )
@@ -129,7 +130,7 @@ class DescribedSegments:
     segments: CaptureSegments
     captures: IntArray  # (captures,): numbers of the captures
     # (captures, words): 1/sqrt(actions) where its captions say a word among that many actions
-    says: FloatArray
+    says: Float32Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -213,12 +214,11 @@ class Learned(LearnedModel):
         return meaning_space(self.word_map, last, emphasis, self.pooled)
 
     @cached_property
-    def bearing(self) -> FloatArray:
+    def bearing(self) -> Float32Array:
         """Posture and travel of all segments, in their usual spreads: array (segments, columns)."""
-        last = self.score_space.standardise_last(
-            self.segments.movement[:], self.n_posture_and_travel
-        )
-        return last / (last.std(axis=0) + 1e-9)
+        last = self.score_space.standardise_last(self.segments.movement, self.n_posture_and_travel)
+        last /= last.std(axis=0, dtype=np.float64) + 1e-9
+        return last
 
     @cached_property
     def compared(self) -> ComparedSegments:
@@ -494,7 +494,7 @@ class Learned(LearnedModel):
 
         said = self._said_words
         rows = {c: r for c, r in self.rows.items() if c in said and r.stop > r.start}
-        says = np.zeros((len(rows), len(self.word_numbers)))
+        says = np.zeros((len(rows), len(self.word_numbers)), np.float32)
         for n, capture in enumerate(rows):
             words, n_actions = said[capture]
             says[n, sorted(words)] = 1.0 / np.sqrt(max(n_actions, 1))

@@ -76,7 +76,7 @@ class NearestCaptures:
 
     def __init__(self, others: CaptureSegments) -> None:
         self._others = others
-        self._vectors: dict[int, FloatArray] = {}
+        self._vectors: dict[int, Float32Array] = {}  # kept in single precision: they may be many
 
     def find(
         self, vectors: FloatArray, bounds: Float32Array, n_nearest: int
@@ -101,7 +101,7 @@ class NearestCaptures:
         new = [place for place in places if place not in self._vectors]
         if new:
             ranges = [np.arange(*self._others.spans[place]) for place in new]
-            rows = unit(self._others.rows[np.concatenate(ranges)])
+            rows = unit(self._others.rows[np.concatenate(ranges)]).astype(np.float32)
             ends = np.cumsum([len(each) for each in ranges])
             self._vectors.update(zip(new, np.split(rows, ends[:-1])))
         return np.stack([(vectors @ self._vectors[n].T).max(axis=1) for n in places], axis=1)

@@ -85,14 +85,16 @@ class ScoreSpace:
             rows[:, n_symbols:] = movement[:, :n_movement]
         return self._standardise(rows, n_symbols, 0)
 
-    def standardise_last(self, movement: Float32Array, n: int) -> FloatArray:
-        """The last n columns of such rows: array (segments, n).
+    def standardise_last(self, movement: Float32Array, n: int) -> Float32Array:
+        """The last n columns of such rows, made some at a time: array (segments, n).
 
         Shapes: `movement` (segments, columns), all columns of the rows that are not symbols.
         """
-        n_columns, last = len(self.mean), movement[:, movement.shape[1] - n :]
-        rows = last.astype(np.float64)
-        return self._standardise(rows, n_columns - movement.shape[1], n_columns - n)
+        rows, width = np.empty((len(movement), n), np.float32), movement.shape[1]
+        for some in (slice(low, low + AT_ONCE) for low in range(0, len(rows), AT_ONCE)):
+            last = movement[some][:, width - n :].astype(np.float64)
+            rows[some] = self._standardise(last, len(self.mean) - width, len(self.mean) - n)
+        return rows
 
     def _standardise(self, rows: FloatArray, n_symbols: int, first: int) -> FloatArray:
         """Standardise the columns of rows from the first on, in place: of hours they are large."""

@@ -18,7 +18,7 @@ from motiondb.meaning import by_motion, extents, regression, score_vectors
 from motiondb.meaning.resemblance import MeaningSpace, emphasis_of, resemblance
 from motiondb.meaning.word_evidence import WhenAsked
 from motiondb.meaning.word_map import clearest
-from motiondb.records import Float32Array, FloatArray, Match, Motion
+from motiondb.records import Float32Array, FloatArray, IntArray, Match, Motion
 from motiondb.search.asked_words import learned_words
 from motiondb.search.chances import NOTHING, reaches, why_unchecked
 from motiondb.search.matches import mark_generated, match_rows, to_seconds
@@ -95,7 +95,7 @@ def search_motion(
     with one_blas_thread():  # the matrices of one query are too small to gain from two threads
         seen = recognise(learned, motion)
         query = _query(seen, learned.meaning_space if by_words else None)
-        found = _find(learned, frames.pool, query, [c for c in allowed if c in learned.rows])
+        found = _find(learned, frames.pool, query, np.array(allowed, dtype=np.int64))
         if motion.n_frames >= FEATURE_STEP * extents.LEAST_EXAMPLE:
             found = _whole_activities(learned, frames, seen.raw, motion.n_frames, found, limit)
         found = found[:limit]
@@ -132,12 +132,13 @@ def _query(seen: Recognised, meaning: MeaningSpace | None) -> by_motion.Query:
 
 
 def _find(
-    learned: Learned, pool: FramePool, query: by_motion.Query, captures: Sequence[int]
+    learned: Learned, pool: FramePool, query: by_motion.Query, captures: IntArray
 ) -> list[by_motion.Candidate]:
     """Intervals of captures that move like an example, best first."""
-    rows = [learned.rows[capture] for capture in captures]
-    bounds = np.array([(each.start, each.stop) for each in rows], dtype=np.int64).reshape(-1, 2)
-    takes = by_motion.Takes(np.array(captures, dtype=np.int64), bounds, learned.compared)
+    ids = learned.segments.capture_ids  # rising
+    bounds = np.column_stack([np.searchsorted(ids, captures, side) for side in ("left", "right")])
+    there = bounds[:, 0] < bounds[:, 1]
+    takes = by_motion.Takes(captures[there], bounds[there], learned.compared)
 
     def frames_of(intervals: Sequence[tuple[int, int, int]]) -> Sequence[Float32Array]:
         return [pool.whitened(*interval) for interval in intervals]

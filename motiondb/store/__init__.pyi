@@ -114,6 +114,9 @@ from .catalogue.captures import (
 from .catalogue.joined_rows import (
     FileRows as FileRows,
 )
+from .catalogue.joined_rows import (
+    JoinedRows as JoinedRows,
+)
 from .catalogue.names import (
     check_new_name as check_new_name,
 )

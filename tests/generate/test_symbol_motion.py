@@ -82,7 +82,8 @@ def test_the_gain_beside_a_slow_twin() -> None:
         ]
         wanted = np.mean([np.log(said[w] + SMALL) for w in asked])
         best = max((said[w] for w in rivals), default=0.0)
-        np.testing.assert_allclose(value, wanted - np.log(best + SMALL), atol=1e-9)
+        # vectors are kept in single precision
+        np.testing.assert_allclose(value, wanted - np.log(best + SMALL), atol=1e-6)
 
 
 def test_rivalry_is_limited_both_ways() -> None:

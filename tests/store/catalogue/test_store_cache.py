@@ -164,6 +164,23 @@ def test_rows_of_several_batches_are_looked_at_as_one_array(
     np.testing.assert_array_equal(sent, expected[:, 1:])
 
 
+@pytest.mark.skipif(sys.platform != "linux", reason="/proc tells what memory holds of a file")
+def test_memory_of_rows_that_were_looked_at_is_given_back(
+    filled: store.Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def make(motions: Sequence[Motion]) -> list[tuple[np.ndarray, float]]:
+        return [(np.full((2**14, 64), motion.n_frames, np.float32), 0.0) for motion in motions]
+
+    monkeypatch.setattr("motiondb.store.catalogue.joined_rows._HELD", 2**20)
+    rows = store.cached_rows(filled, "places", make).rows
+    for first in range(0, len(rows), 2**11):
+        assert set(rows[first : first + 2**11].ravel()) <= {5, 6, 7}
+    parts = Path("/proc/self/smaps").read_text().split("\nVmFlags")
+    (part,) = (part for part in parts if str(_rows_file(filled)) in part)
+    (held,) = (int(line.split()[1]) for line in part.splitlines() if line.startswith("Rss:"))
+    assert held <= 2**12  # KiB, with what the system reads ahead; the file has 12 MiB
+
+
 def test_files_of_rows_are_not_written_to(
     filled: store.Store, samples: ModuleType, tmp_path: Path
 ) -> None:
