@@ -82,9 +82,6 @@ from motiondb.scene.language.semantic_rules import (
 from motiondb.scene.language.semantic_rules import THROUGHOUT as THROUGHOUT_NAME
 from motiondb.scene.language.tactics import Diagram, aligned
 
-# The semantic rules of a scene in one table of numbers for compiled code.
-
-
 POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE, UNMET, ORDER = range(7)
 AT_START, AT_END, AT_EVENT, THROUGHOUT, ON_THE_WAY = range(5)
 POINT, HEADING = -1, -2
@@ -100,7 +97,9 @@ KINDS: dict[type, int] = {
 
 ORDER_WEIGHT, THROUGH_WEIGHT = 0.5, 0.05
 """c_k of a late step, s, and of a way through a table, a share of frames. Chosen by hand."""
-_FAR = 1.0  # Metres beyond a distance of an act's rule from which on somebody goes there first
+_FAR = 1.0
+"""Metres beyond a distance of an act's rule from which on somebody goes there first; half of it
+where something is taken or put, which nobody does while walking."""
 UNMET_WEIGHT = 0.1  # c_k of a rule whose role nobody fills: it costs 10, like a broken distance
 
 ROW = np.dtype(
@@ -139,8 +138,9 @@ class RuleTable:
 
     Beside the rules there are wishes, which only the sampling weighs, and which the report tells in
     other words if they are not fulfilled: nobody walks through what stands on the ground, and
-    (ORDER) action ``first`` of the player begins before action ``partner_first`` of the player
-    ``target`` ends, because the diagram draws it in an earlier step.
+    (ORDER) action ``first`` of the player comes before action ``partner_first`` of the player
+    ``target``, because the diagram draws it in an earlier step. Their events count; of a way its
+    beginning (AT_START) and its end (``fraction`` is 1).
     """
 
     players: tuple[str, ...]  # Names in the order of the diagram; the rows hold their indices
@@ -262,6 +262,7 @@ class Binder:
         """Return whether the rules of all actions of an item ask for somewhere else."""
         item, place_at = self.items[player][number], self.diagram.place_at
         here, step = item.way[0], self.diagram.elements[item.element].step
+        deeds = {self.grammar.activity.deed(action) for action in item.actions}
         asked = [set(self.grammar.rules_of(action, ())) for action in item.actions]
         for rule in set.intersection(*asked):
             if not isinstance(rule, DistanceRule):
@@ -271,7 +272,7 @@ class Binder:
             if target and target[0] >= 0:
                 ends = [place_at(self.names[target[0]], when) for when in (step - 1, step)]
             apart = min(math.hypot(spot.x - here.x, spot.z - here.z) for spot in ends)
-            if apart > rule.far + _FAR:
+            if apart > rule.far + (_FAR if deeds.isdisjoint((TAKE, PUT)) else _FAR / 2.0):
                 return True
         return False
 
@@ -313,11 +314,13 @@ class Binder:
         return tuple(self.grammar.unasked(one.team) for one in self.diagram.players)
 
     def _orders(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
-        """Yield that players begin a step before others end a later one."""
+        """Yield that players do a step before others do a later one."""
         for one, k, other, m in self._unlinked:
             first, last = strings[one].spans[k][0], strings[other].spans[m][1] - 1
+            moment = AT_START if self.items[one][k].repeated else AT_EVENT
+            until = float(self.items[other][m].repeated)
             yield (
-                *(ORDER, one, first, first + 1, AT_START, 0.0, other, 0.0, 0.0, *_NOTHING),
+                *(ORDER, one, first, first + 1, moment, until, other, 0.0, 0.0, *_NOTHING),
                 *(0.0, math.inf, 0.0, -1, last, last, ORDER_WEIGHT),
             )
 
@@ -333,9 +336,7 @@ class Binder:
             at, near = (POINT, place.at.x, place.at.z), place.width / 2.0
             for player, string in enumerate(strings):
                 rows = np.array([row for row in string.rows if row], dtype=ROW)
-                there = (rows["kind"] == DISTANCE) & (rows["target"] == POINT)
-                there &= (rows["x"] == at[1]) & (rows["z"] == at[2]) & (rows["far"] < near + 0.1)
-                if not there.any():
+                if not place.leading_into(rows).any():
                     whole = DISTANCE, player, 0, len(string.actions), THROUGHOUT, 0.0
                     yield *whole, *at, *_NOTHING, near, math.inf, 0.0, -1, -1, -1, THROUGH_WEIGHT
 
@@ -397,7 +398,7 @@ class Binder:
             if action in sends:
                 of = [n for n, (first, last) in enumerate(string.spans) if first <= k < last]
                 item = items[of[0]] if of else Item((action,))
-                yield (player, k), self._role(TARGET, item, self.names[player])
+                yield (player, k), self.role(TARGET, item, self.names[player])
 
     def string(self, player: int, tree: Tree, chosen: Spans | None = None) -> BoundString:
         """Return a player's rules in a tree.
@@ -465,8 +466,10 @@ class Binder:
             partner, meant = self._partner(rule, stretch, strings)
             partners.extend(meant)
             target = target if meant else None
-            if self._touches(strings[stretch.player].actions[stretch.first]):
-                touched = [m for m in meant if self._touches(strings[partner].actions[m])]
+            said = self.grammar.terminal
+            if said[strings[stretch.player].actions[stretch.first]].event == _CONTACT:
+                theirs = strings[partner].actions if meant else ()
+                touched = [m for m in meant if said[theirs[m]].event == _CONTACT]
                 contacts.update((stretch.player, stretch.first, partner, m) for m in touched)
         kind, weight = KINDS[type(rule)], rule.weight
         if target is None or other is None:
@@ -491,9 +494,6 @@ class Binder:
         spot = self._places.get(target)
         return (POINT, spot.x, spot.z) if spot else None
 
-    def _touches(self, action: str) -> bool:
-        return self.grammar.terminal[action].event == _CONTACT
-
     def _named(self, name: str, stretch: _Stretch) -> str:
         """Return the player or place that a name in a rule means, or ""."""
         if name in self._number or name in self._places:
@@ -503,9 +503,9 @@ class Binder:
         thing = self.grammar.activity.thing
         if thing and name == thing.name:
             return lies_at(self.diagram, element)
-        return self._role(name, item, self.names[stretch.player])
+        return self.role(name, item, self.names[stretch.player])
 
-    def _role(self, role: str, item: Item | None, who: str) -> str:
+    def role(self, role: str, item: Item | None, who: str) -> str:
         """Return the player or place that fills a role in an action of a player, or ""."""
         other = item.other if item else ""
         activity, player = self.grammar.activity, self.diagram.player

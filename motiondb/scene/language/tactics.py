@@ -30,7 +30,7 @@ from motiondb.scene.language.activity import (
     Step,
     Verb,
 )
-from motiondb.scene.language.semantic_rules import Spot
+from motiondb.scene.language.semantic_rules import Spot, bounds_text
 
 BODY_WIDTH = 0.5
 """Smallest distance between two players, m: about the width of a body. Nearer players touch."""
@@ -96,7 +96,7 @@ class Stretch:
 
     def __str__(self) -> str:
         """Return the stretch as it is written."""
-        what = f"{self.near:g} m .. {self.far:g} m to {self.other}" if self.other else "moving"
+        what = f"{bounds_text(self.near, self.far)} to {self.other}" if self.other else "moving"
         return f"{self.player} keeps {what}" + f" from {self.first} to {self.last}" * bool(
             self.last
         )
@@ -245,12 +245,9 @@ class Diagram:
         others = [other for other in self.players if other.name != name]
         return self.opponent_of(name) or self._nearest(player, others)
 
-    def filled(self, role: str, name: str, element: Element | None = None) -> str:
-        """Return the player or place that fills a role in an element of a player, or ""."""
-        if role == TARGET:
-            aimed = [self.activity.aim(a) for a in self.verb(element, True).last] if element else []
-            return (element.target or element.other if element else "") or "".join(aimed[:1])
-        if role == RECEIVER:
+    def filled(self, role: str, name: str) -> str:
+        """Return the player who fills a role for another where no element says, or ""."""
+        if role in (TARGET, RECEIVER):
             return ""
         if role == OPPONENT:
             return self.opponent_of(name)

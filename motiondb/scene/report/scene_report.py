@@ -16,7 +16,7 @@ by its worst frame. ``frame`` is where it fails most.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,20 +28,28 @@ from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.energy.scene_arrays import SceneState
-from motiondb.scene.language.semantic_rules import RULE_NAMES, SemanticRule, SynchronisationRule
+from motiondb.scene.language.semantic_rules import (
+    RULE_NAMES,
+    SemanticRule,
+    SynchronisationRule,
+    bounds_text,
+)
 from motiondb.scene.polish.path_editing import Overlap, overlaps
 from motiondb.scene.polish.placed import Placed
 from motiondb.scene.polish.polish import PolishedScene
 from motiondb.scene.report.report_records import (
     Collision,
     FeetReport,
+    LimbReport,
     PaceReport,
     RuleReport,
     SceneReport,
+    SeenFault,
     SourceRun,
 )
 from motiondb.scene.report.seen import guard_reports, kept_reports, seen_faults
 from motiondb.scene.report.visible_motion import (
+    CROSSING,
     WAITING,
     crossing_limbs,
     foot_jumps,
@@ -106,8 +114,16 @@ def report_scene(
         tuple(jumps),
         limbs,
         tuple(guards),
-        tuple(seen_faults(table, after, joints, guards, polished.ball)),
+        (*seen_faults(table, after, joints, guards, polished.ball), *_touching(table, limbs)),
     )
+
+
+def _touching(table: RuleTable, limbs: Sequence[LimbReport]) -> Iterator[SeenFault]:
+    """Yield the pairs whose limbs come near, but for those who are to touch or pass through."""
+    meet = [{table.players[one], table.players[other]} for one, _, other, _ in table.contacts]
+    for pair in limbs:
+        if pair.metres >= CROSSING and set(pair.players) not in meet:
+            yield SeenFault("limbs", pair.players, pair.frame, pair.frame + 1, pair.metres, "m")
 
 
 def shown_timeline(polished: PolishedScene) -> Timeline:
@@ -178,7 +194,7 @@ def _about(table: RuleTable, row: np.void, rule: SemanticRule) -> str:
     if row["kind"] == kinds.LINE:
         return f"{first} - {_end(table, row, 'other')}"
     if row["kind"] == kinds.DISTANCE:
-        return f"{first}, {row['near']:g} to {row['far']:g} m"
+        return f"{first}, {bounds_text(float(row['near']), float(row['far']))}"
     return first
 
 

@@ -47,6 +47,7 @@ class Meeting:
     theirs: float  # Source frame of the second player
     lag: float  # Frames by which ``theirs`` must come after ``own``
     weight: float = 1.0  # Factor of its cost in a schedule
+    at_least: bool = False  # Whether ``theirs`` may come later than that, in a schedule
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +179,8 @@ def schedule(
 ) -> tuple[Schedule, ...]:
     """Return the schedules of all players; see the module.
 
-    `beside`: Frames of two strings that show the same moment as sampled; their lags are 0.
+    `beside`: Frames of two strings that show the same moment as sampled, or one of which is to come
+    before the other; their cost is lower.
 
     >>> standing = Strings(np.array([100, 30]), np.array([15, 30]), np.array([1, 1]), 0,
     ...     np.array([0, 0]))
@@ -299,7 +301,7 @@ class _Problem:
             for column, share in self._at(player, frame).items():
                 terms[column] = terms.get(column, 0.0) + sign * share
         last = float(np.sum(self._strings[meeting.partner].lengths))
-        late = 0.0 if meeting.theirs < 0.0 else cost
+        late = 0.0 if meeting.theirs < 0.0 or meeting.at_least else cost
         early = 0.0 if meeting.theirs > last else cost
         self._off(terms, meeting.lag, (late * meeting.weight, early * meeting.weight))
 

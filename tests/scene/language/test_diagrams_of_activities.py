@@ -72,6 +72,7 @@ def test_steps_that_no_time_suits_or_that_are_not_drawn_are_told() -> None:
         ("1 run A too 0 3", "2:9: expected 'to', found 'too'. Did you mean to?"),
         ("1 run A vai B", "2:9: expected 'via', found 'vai'. Did you mean via?"),
         ("1 wait A\n1 wait A", "3:8: expected 'wait A' once in step 1, found 'A'. Line 2 says it"),
+        ("A keeps <= -1 m to B", "2:12: expected distances of 0 or more, the nearer first"),
         ("A keeps moving\nA keeps moving", "3:1: expected every line once, found 'A'. Line 2"),
         ("1 wait A caught 2", "2:8: expected 'caught' behind what gives"),
     ],

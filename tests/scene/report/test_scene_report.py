@@ -368,11 +368,11 @@ def test_a_step_after_a_later_one_and_a_way_through_a_table_are_seen() -> None:
     walks, other = stands.copy(), stands.copy()
     walks[..., 2] = np.linspace(0.0, 6.0, 60)[:, None]
     other[..., 0] = 5.0 + np.linspace(0.0, 6.0, 60)[:, None]
-    for begins, found in ((0, {"place"}), (50, {"place", "order"})):
+    for event, found in ((22, {"place"}), (25, {"place", "order"})):  # B's is in frame 20
         timeline = Timeline(
             np.zeros((2, 60, 3)),
-            (np.array([begins]), np.array([0])),
-            (np.array([55]), np.array([20])),
+            (np.array([0]), np.array([0])),
+            (np.array([event]), np.array([20])),
             (np.array([60]), np.array([40])),
         )
         seen = list(seen_faults(table, timeline, [walks, other], [], None))
