@@ -572,8 +572,10 @@ class Binder:
             of = [n for n, (first, last) in enumerate(string.spans) if first <= k < last]
             item = self.items[player][of[0]] if of else None
             element = self.diagram.elements[item.element] if item and item.element >= 0 else None
-            to = (item.other if item else "") or (self.diagram.faced(element) if element else "")
-            target = self._number.get(to or self.diagram.partner_of(self.names[player]), -1)
+            to = item.other if item and element else self.diagram.partner_of(self.names[player])
+            if element and element.player == self.names[player]:
+                to = self.diagram.faced(element)
+            target = self._number.get(to, -1)
             found.append((k, element.step if element else -1, target))
         return found
 

@@ -26,6 +26,7 @@ from motiondb.scene.language.activity import (
     RECEIVER,
     TARGET,
     Activity,
+    Answers,
     Ground,
     Step,
     Verb,
@@ -194,7 +195,7 @@ class Diagram:
         found = [
             (number, one.step)
             for number, one in enumerate(self.elements)
-            if one.player == name and set(self.verb(one, True).last) <= set(actions)
+            if one.player == name and self._does(one, actions)
             if to in ("", self.faced(one))
         ]
         return sorted(found, key=lambda pair: pair[1])
@@ -206,20 +207,39 @@ class Diagram:
         return max(ways, key=lambda way: way[0])[1] if ways else self.player[name].at
 
     def faced(self, one: Element) -> str:
-        """Return whom an act or an answer is to: who is named, or who answers or acts in its step.
+        """Return whom an act or an answer is to: who answers or acts in its step, or is named.
 
         Else it is to the partner of its player.
         """
-        if one.other:
-            return one.other
-        others = [e for e in self.elements if e.step == one.step and e.player != one.player]
         for said in self.activity.answers:
-            for own, theirs in ((said.acts, said.answers), (said.answers, said.acts)):
-                for other in others if set(self.verb(one, True).last) <= set(own) else ():
-                    does = set(self.verb(other, True).last)
-                    if other.other in ("", one.player) and does <= set(theirs):
-                        return other.player
-        return self.partner_of(one.player)
+            if met := self._answering(one, said):
+                return met
+            if not one.other and self._does(one, said.answers):
+                for act in self.elements:
+                    if act.step == one.step and self._answering(act, said) == one.player:
+                        return act.player
+        return one.other or self.partner_of(one.player)
+
+    def _answering(self, act: Element, said: Answers) -> str:
+        """Return who answers an act in its step: who is named, if others are not drawn to; or "".
+
+        A batter swings at what the pitcher throws to the catcher.
+        """
+        there = [e for e in self.elements if e.step == act.step and e.player != act.player]
+        named = {e.other for e in there if act.other}
+        met = [
+            e.player
+            for e in there
+            if self._does(e, said.answers)
+            if e.other == act.player or not (e.other or e.player in named)
+        ]
+        if not self._does(act, said.acts):
+            return ""
+        return act.other if act.other in met or not met else met[0]
+
+    def _does(self, one: Element, actions: Sequence[str]) -> bool:
+        """Return whether an element ends with one of these actions."""
+        return set(self.verb(one, True).last) <= set(actions)
 
     def opponent_of(self, name: str) -> str:
         """Return a player's opponent: by ``guards``, else the nearest of another role, or ""."""

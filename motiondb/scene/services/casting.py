@@ -148,8 +148,11 @@ def _planned(
             break
         last += 1
     element = items[last - 1].element
-    line = diagram.elements[element].line if element >= 0 else diagram.player[name].line
+    drawn = diagram.elements[element] if element >= 0 else None
+    line = drawn.line if drawn else diagram.player[name].line
     wanted = "".join(str(item) for item in items)
+    if drawn and drawn.player != name:
+        wanted += f", of which {items[last - 1]} is for '{drawn}'"
     fields |= {"player": name, "grammar": grammar.name}
     what = f"of {name} what the grammar {grammar.name} allows"
     return Fault(what, wanted, reason, line, 0, "", "not_allowed", fields)

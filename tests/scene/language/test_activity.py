@@ -413,6 +413,21 @@ def test_an_answer_of_somebody_else_is_drawn_in_the_step_of_its_act() -> None:
     assert [(int(row["first"]), int(row["partner"])) for row in rows] == [(1, 1), (0, 2)]
 
 
+@pytest.mark.parametrize(
+    ("lines", "asked"),
+    [
+        ("1 punch R on B\n1 duck G", ["(punch)", "", "(duck)"]),  # aimed at B, whom G protects
+        ("1 punch R on B\n1 duck G on R", ["(punch)", "", "(duck)"]),
+        ("1 punch R on B\n1 duck G\n1 parry B", ["(punch)", "(parry)", "(duck)"]),
+        ("1 punch R on G\n1 duck G\n1 kick B on R", ["(punch)(parry|duck)", "(kick)", "(duck)"]),
+    ],
+)
+def test_who_is_named_answers_unless_only_others_are_drawn_to(lines: str, asked: list) -> None:
+    players = "red R at 0 0\nblue B at 1 0\ngreen G at 9 9\n"
+    drawn = expressions(read_diagram(players + lines, "x", FIGHT.activity))
+    assert ["".join(map(str, drawn[name])) for name in "RBG"] == asked
+
+
 def test_pairs_are_as_many_as_possible() -> None:
     assert aligned([(0, 1), (1, 2)], [(5, 1)]) == [(0, 5), (1, -1)]
     assert aligned([], [(3, -1)]) == [(-1, 3)]
