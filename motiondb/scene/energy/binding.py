@@ -22,7 +22,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,7 +79,7 @@ from motiondb.scene.language.semantic_rules import (
     Target,
 )
 from motiondb.scene.language.semantic_rules import THROUGHOUT as THROUGHOUT_NAME
-from motiondb.scene.language.tactics import Diagram, aligned
+from motiondb.scene.language.tactics import Diagram, Directed, answered
 
 POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE, UNMET, ORDER = range(7)
 AT_START, AT_END, AT_EVENT, THROUGHOUT, ON_THE_WAY = range(5)
@@ -545,11 +544,8 @@ class Binder:
         for said in self.grammar.activity.answers:
             acts = [self._directed(n, string, said.acts) for n, string in enumerate(strings)]
             replies = [self._directed(n, string, said.answers) for n, string in enumerate(strings)]
-            for one, other in permutations(range(len(strings)), 2):
-                asked = [act for act in acts[one] if act[2] == other]
-                given = [reply for reply in replies[other] if reply[2] == one]
-                for act, reply in aligned([a[:2] for a in asked], [r[:2] for r in given]):
-                    yield self._answer(said, (one, act), (other, reply))
+            for act, reply in answered(said, acts, replies):
+                yield self._answer(said, act, reply)
 
     def _answer(self, said: Answers, act: tuple[int, int], reply: tuple[int, int]) -> _Stretch:
         """Return the rule of an act and its answer, either of which may be missing (-1)."""
@@ -563,8 +559,8 @@ class Binder:
 
     def _directed(
         self, player: int, string: BoundString, actions: tuple[str, ...]
-    ) -> list[tuple[int, int, int]]:
-        """Return a player's actions of a kind: number, step of the diagram or -1, towards whom."""
+    ) -> list[Directed]:
+        """Return a player's actions of a kind."""
         found = []
         for k, action in enumerate(string.actions):
             if action not in actions:

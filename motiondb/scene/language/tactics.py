@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import permutations
 
 from motiondb.scene.language.activity import (
     OPPONENT,
@@ -183,22 +182,25 @@ class Diagram:
 
     def _undrawn_answers(self) -> Iterator[tuple[int, tuple[str, ...], str]]:
         """Yield every element whose answer is not drawn, the answers of the grammar, and whose."""
+        names = list(self.player)
         for said in self.activity.answers:
-            for one, other in permutations(self.player, 2):
-                acts, replies = self._drawn(said.acts, one, other), self._drawn(said.answers, other)
-                for number, reply in aligned(acts, replies):
-                    if number >= 0 > reply:
-                        yield number, said.answers, other
+            acts, replies = (
+                [self._drawn(actions, name) for name in names]
+                for actions in (said.acts, said.answers)
+            )
+            for (_, number), (other, reply) in answered(said, acts, replies):
+                if number >= 0 > reply:
+                    yield number, said.answers, names[other]
 
-    def _drawn(self, actions: Sequence[str], name: str, to: str = "") -> list[tuple[int, int]]:
-        """Return the elements of a player that ask for one of these, with their steps in order."""
+    def _drawn(self, actions: Sequence[str], name: str) -> list[Directed]:
+        """Return the elements of a player that ask for one of these, in the order of steps."""
+        order = {name: number for number, name in enumerate(self.player)}
         found = [
-            (number, one.step)
+            (number, one.step, order.get(self.faced(one), -1))
             for number, one in enumerate(self.elements)
             if one.player == name and self._does(one, actions)
-            if to in ("", self.faced(one))
         ]
-        return sorted(found, key=lambda pair: pair[1])
+        return sorted(found, key=lambda directed: directed[1])
 
     def place_at(self, name: str, step: int) -> Spot:
         """Return where a player is drawn at a step of the diagram, or after it."""
@@ -283,6 +285,30 @@ class Diagram:
 
 def _apart(one: Spot, other: Spot) -> float:
     return float(((one.x - other.x) ** 2 + (one.z - other.z) ** 2) ** 0.5)
+
+
+Directed = tuple[int, int, int]
+"""The number of an act or an answer, its step (-1: not drawn), and the player it is to, or -1."""
+
+
+def answered(
+    said: Answers, acts: Sequence[Sequence[Directed]], replies: Sequence[Sequence[Directed]]
+) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
+    """Yield who acts and the act, and who answers and the answer; -1 for one that is missing.
+
+    An answer is to who acted, unless it is an act, too: in a rally the ball is hit on to anybody.
+    """
+    rally = not set(said.acts).isdisjoint(said.answers)
+    everybody = range(len(acts))
+    for other in everybody:
+        asked = [(k, step, one) for one in everybody for k, step, to in acts[one] if to == other]
+        asked.sort(key=lambda act: act[1])
+        for by in [set(everybody)] if rally else [{one} for one in everybody if one != other]:
+            mine = [act for act in asked if act[2] in by]
+            given = [reply[:2] for reply in replies[other] if rally or reply[2] in by]
+            to = {reply[0]: reply[2] for reply in replies[other]}
+            for i, reply in aligned([(i, act[1]) for i, act in enumerate(mine)], given):
+                yield (mine[i][2], mine[i][0]) if i >= 0 else (to[reply], -1), (other, reply)
 
 
 def aligned(
