@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import permutations
 
 from motiondb.scene.language.activity import (
     OPPONENT,
@@ -298,17 +299,19 @@ def answered(
 
     An answer is to who acted, unless it is an act, too: in a rally the ball is hit on to anybody.
     """
-    rally = not set(said.acts).isdisjoint(said.answers)
-    everybody = range(len(acts))
-    for other in everybody:
-        asked = [(k, step, one) for one in everybody for k, step, to in acts[one] if to == other]
+    rally, everybody = not set(said.acts).isdisjoint(said.answers), range(len(acts))
+    groups = (
+        [(everybody, n) for n in everybody]
+        if rally
+        else [(range(one, one + 1), other) for one, other in permutations(everybody, 2)]
+    )
+    for by, other in groups:
+        asked = [(k, step, one) for one in by for k, step, to in acts[one] if to == other]
         asked.sort(key=lambda act: act[1])
-        for by in [set(everybody)] if rally else [{one} for one in everybody if one != other]:
-            mine = [act for act in asked if act[2] in by]
-            given = [reply[:2] for reply in replies[other] if rally or reply[2] in by]
-            to = {reply[0]: reply[2] for reply in replies[other]}
-            for i, reply in aligned([(i, act[1]) for i, act in enumerate(mine)], given):
-                yield (mine[i][2], mine[i][0]) if i >= 0 else (to[reply], -1), (other, reply)
+        to = {m: who for m, _, who in replies[other]}
+        given = [(m, step) for m, step, who in replies[other] if rally or who in by]
+        for i, reply in aligned([(i, act[1]) for i, act in enumerate(asked)], given):
+            yield (asked[i][2], asked[i][0]) if i >= 0 else (to[reply], -1), (other, reply)
 
 
 def aligned(
