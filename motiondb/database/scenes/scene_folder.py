@@ -189,6 +189,7 @@ _SEEN = {
     "reach": "{0} reaches for the object, which is {value:.1f} m away",
     "order": "{1} does step {value:.0f} before {0} does an earlier one",
     "place": "{0} passes through the {1}",
+    "leap": "{0} goes from {1} to {2} at once, with no clip that leads there",
     "limbs": "limbs of {0} and {1} touch, {value:.2f} m between their bones",
 }
 

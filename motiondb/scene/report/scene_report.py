@@ -68,6 +68,7 @@ from motiondb.scene.timing.timeline import (
     tolerance,
 )
 
+LEAP = 3.0  # Cost of a seam from which on its blend shows: joints 30 cm apart. Chosen by hand
 _UNITS = {kinds.DIRECTION: "deg", kinds.SYNCHRONISATION: "frames", kinds.UNMET: ""}
 _SCALES = {kinds.DIRECTION: 180.0 / math.pi, kinds.SYNCHRONISATION: MOTION_FPS}
 """Factors from the units of the energy to degrees and frames."""
@@ -114,7 +115,11 @@ def report_scene(
         tuple(jumps),
         limbs,
         tuple(guards),
-        (*seen_faults(table, after, joints, guards, polished.ball), *_touching(table, limbs)),
+        (
+            *seen_faults(table, after, joints, guards, polished.ball),
+            *_touching(table, limbs),
+            *_leaps(state, library, table, after),
+        ),
     )
 
 
@@ -124,6 +129,19 @@ def _touching(table: RuleTable, limbs: Sequence[LimbReport]) -> Iterator[SeenFau
     for pair in limbs:
         if pair.metres >= CROSSING and set(pair.players) not in meet:
             yield SeenFault("limbs", pair.players, pair.frame, pair.frame + 1, pair.metres, "m")
+
+
+def _leaps(
+    state: SceneState, library: ClipLibrary, table: RuleTable, timeline: Timeline
+) -> Iterator[SeenFault]:
+    """Yield the seams of clips that no blend makes natural, as from sitting to waving."""
+    for n, player in enumerate(state.players):
+        of = library.seam_class[np.asarray(player.entries)]
+        for k in (1 + np.flatnonzero(library.seam[of[:-1], of[1:]] > LEAP)).tolist():
+            who = table.players[n], table.actions[n][k - 1], table.actions[n][k]
+            begin = int(timeline.begins[n][k])
+            cost = float(library.seam[of[k - 1], of[k]])
+            yield SeenFault("leap", who, max(begin - 5, 0), begin + 5, cost, "")
 
 
 def shown_timeline(polished: PolishedScene) -> Timeline:
