@@ -18,11 +18,16 @@ from motiondb.records import MOTION_FPS, FloatArray, IntArray
 from motiondb.scene.energy.binding import ORDER, RuleTable
 from motiondb.scene.language.semantic_rules import bounds_text
 from motiondb.scene.language.tactics import Stretch
-from motiondb.scene.polish.following import attends, guard_bounds, guarded
 from motiondb.scene.report.report_records import GuardReport, RuleReport, SeenFault
 from motiondb.scene.report.visible_motion import segment_distances, travel_speeds
 from motiondb.scene.thing.thing_flight import Ball
-from motiondb.scene.timing.timeline import Timeline, moment_frames
+from motiondb.scene.timing.timeline import (
+    Timeline,
+    attends,
+    guard_bounds,
+    guarded,
+    moment_frames,
+)
 
 TOO_FAR = 1.0 / 3.0
 """Share of the scene in which a declared guard may be out of the bounds of the grammar before it is

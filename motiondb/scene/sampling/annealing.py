@@ -36,7 +36,6 @@ from motiondb.scene.energy.start_placement import place_player, place_start
 from motiondb.scene.language.expressions import MOST_ACTIONS
 from motiondb.scene.language.tactics import Diagram
 from motiondb.scene.sampling.clip_choice import ClipGroups, tempered
-from motiondb.scene.sampling.metropolis import KINDS
 from motiondb.scene.sampling.play import Play, Prices
 from motiondb.scene.sampling.random_subtrees import Derivation, Derivations
 from motiondb.scene.sampling.scene_chain import Chain
@@ -115,30 +114,6 @@ class SamplerSettings:
     most_actions: int = MOST_ACTIONS  # Largest number of actions of a player
     prices: Prices = USUAL  # Prices of delays, frames, actions and large failures
     threads: int = 2  # Chains that run at the same time; no influence on the result
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        if not (self.chains >= 1 and self.temperature > 0.0):
-            raise SceneError(
-                "chains, temperature: expected at least 1 chain, and a temperature above 0, found"
-                f" {self.chains} and {self.temperature:g}. Leave them out for the usual ones."
-            )
-        if len(self.shares) != len(KINDS) or min(self.shares) < 0.0 or sum(self.shares) <= 0.0:
-            raise SceneError(
-                f"shares: expected {len(KINDS)} numbers of 0 or more ({', '.join(KINDS)}), found"
-                f" {self.shares}. Leave them out for the usual ones."
-            )
-        links, clips = self.growth, self.recasting
-        if not (min(links, clips) >= 0.0 and links + clips <= 1.0):
-            raise SceneError(
-                "growth, recasting: expected shares of the jumps, 0 or more that sum to at most 1,"
-                f" found {links:g} and {clips:g}. Leave them out for the usual ones."
-            )
-        if not (self.rounds >= 1 and 0.0 < self.warmth <= 1.0):
-            raise SceneError(
-                "rounds, warmth: expected at least 1 round, and a share above 0 of them to be warm,"
-                f" found {self.rounds} and {self.warmth:g}. Leave them out for the usual ones."
-            )
 
     def temperature_after(self, done: int) -> float:
         """Return the temperature after so many rounds."""

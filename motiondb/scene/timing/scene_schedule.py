@@ -6,6 +6,7 @@ turns its result into the sequence of every player.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
@@ -31,6 +32,8 @@ from motiondb.scene.timing.scheduling import SLOWEST, Meeting, Schedule, Strings
 from motiondb.scene.timing.timeline import (
     Timeline,
     clip_frames,
+    guard_bounds,
+    guarded,
     lag_of,
     measure,
     moment_frames,
@@ -119,7 +122,16 @@ def _string(state: SceneState, library: ClipLibrary, table: RuleTable, player: i
         may_pause(library, entries, table.activity),
         sampled.delay,
         np.array(after_clips(library, state, table, player)),
+        _is_awaited(state, table, player),
     )
+
+
+def _is_awaited(state: SceneState, table: RuleTable, player: int) -> bool:
+    """Return whether a declared guard begins farther from whom they guard than the grammar asks."""
+    bounds, other = guard_bounds(table), guarded(table, player, 1)
+    if bounds is None or other < 0:
+        return False
+    return math.dist(*(state.players[n].origin[:2] for n in (player, other))) > bounds[1]
 
 
 def _beside(state: SceneState, table: RuleTable, now: Timeline) -> list[Meeting]:

@@ -147,6 +147,7 @@ _PACE, _MEET, _PAUSE, _CUT = 4.0, 50.0, 0.05, 0.02
 Only their order matters: synchronisations before pace, pace before pauses and cuts."""
 _BESIDE, _DELAY = 0.3, 0.02
 """Costs per frame of the fifth term and of a changed delay. Chosen by hand, below those of pace."""
+_HURRY = 0.1  # Cost per frame of the delay of who hurries: more than that of a pause
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,6 +161,7 @@ class Strings:
     # (clips,), int: frames that the scene lasts after the end of each clip, for a ball in the air;
     # mostly 0
     after: IntArray
+    hurries: bool = False  # Whether to wait before the first clip is worse than behind it
 
 
 @dataclass(frozen=True, eq=False)
@@ -248,7 +250,8 @@ class _Problem:
         met |= {m.theirs for m in meetings if m.partner == player}
         firsts = np.cumsum([0, *string.lengths]).astype(float)
         now = self._column(0.0)
-        self._off({now: 1.0}, float(string.delay), (_DELAY, _DELAY))
+        early = (0.0, (_HURRY, 0.0)) if string.hurries else (float(string.delay), (_DELAY, _DELAY))
+        self._off({now: 1.0}, *early)
         self._marks.append([(0.0, now)])
         self._begins.append([])
         self._ends.append([])

@@ -16,7 +16,6 @@ from motiondb.scene.energy.binding import bind
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.polish.following import guarded
 from motiondb.scene.report.report_records import JumpReport, LimbReport
 from motiondb.scene.report.scene_report import _leaps, _rule, _touching
 from motiondb.scene.report.seen import guard_reports, kept_reports, seen_faults
@@ -38,7 +37,7 @@ from motiondb.scene.report.visible_motion import (
     travel_speeds,
 )
 from motiondb.scene.thing.thing_flight import Ball, Sent
-from motiondb.scene.timing.timeline import Timeline
+from motiondb.scene.timing.timeline import Timeline, guarded
 
 GRAMMAR = read_motion_grammar(
     """
