@@ -324,17 +324,30 @@ def aligned(
     >>> aligned([(0, 1), (3, 2)], [(1, 2)])
     [(0, -1), (3, 1)]
     """
+    numbers = [[*(number for number, _ in of), -1] for of in (acts, replies)]
+    worth = [[1.0 + 0.5 * (step == their) for _, their in replies] for _, step in acts]
+    return [(numbers[0][k], numbers[1][m]) for k, m in paired(worth, len(replies))]
+
+
+def paired(worth: Sequence[Sequence[float]], n_columns: int) -> list[tuple[int, int]]:
+    """Return pairs of rows and columns, both in order, of the largest sum of their worth.
+
+    -1 stands for what a row or a column is missing. What is worth less than 0 is no pair.
+
+    >>> paired([[-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]], 3)
+    [(-1, 0), (0, 1), (1, -1), (2, 2)]
+    """
     best: list[list[tuple[float, list[tuple[int, int]]]]]
-    best = [[(0.0, [(-1, m) for m, _ in replies[:j]]) for j in range(len(replies) + 1)]]
-    for i, (k, step) in enumerate(acts, start=1):
-        row = [(best[i - 1][0][0], [*best[i - 1][0][1], (k, -1)])]
-        for j, (m, their) in enumerate(replies, start=1):
-            (left, one), (up, two), (both, three) = row[j - 1], best[i - 1][j], best[i - 1][j - 1]
+    best = [[(0.0, [(-1, m) for m in range(j)]) for j in range(n_columns + 1)]]
+    for k, columns in enumerate(worth):
+        row = [(best[k][0][0], [*best[k][0][1], (k, -1)])]
+        for m, value in enumerate(columns):
+            (left, one), (up, two), (both, three) = row[m], best[k][m + 1], best[k][m]
             row.append(
                 max(
                     (up, [*two, (k, -1)]),  # the earliest of several that are as good
                     (left, [*one, (-1, m)]),
-                    (both + 1.0 + 0.5 * (step == their), [*three, (k, m)]),
+                    (both + value, [*three, (k, m)]),
                     key=lambda found: found[0],
                 )
             )

@@ -34,7 +34,7 @@ from motiondb.scene.energy.energy import evaluate
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState, scene_state
 from motiondb.scene.energy.start_placement import place_player, place_start
 from motiondb.scene.language.expressions import MOST_ACTIONS
-from motiondb.scene.language.tactics import Diagram
+from motiondb.scene.language.tactics import Diagram, paired
 from motiondb.scene.sampling.clip_choice import ClipGroups, tempered
 from motiondb.scene.sampling.play import Play, Prices
 from motiondb.scene.sampling.random_subtrees import Derivation, Derivations
@@ -302,22 +302,7 @@ def common_actions(one: Sequence[str], other: Sequence[str]) -> list[tuple[int, 
     """Return the indices of a longest common subsequence in both strings.
 
     >>> common_actions(["run", "catch", "shoot"], ["catch", "run", "shoot"])
-    [(1, 0), (2, 2)]
+    [(0, 1), (2, 2)]
     """
-    lengths = np.zeros((len(one) + 1, len(other) + 1), dtype=np.int64)
-    for i in range(len(one) - 1, -1, -1):
-        for j in range(len(other) - 1, -1, -1):
-            same = one[i] == other[j]
-            both = lengths[i + 1, j + 1] + 1 if same else 0
-            lengths[i, j] = max(both, lengths[i + 1, j], lengths[i, j + 1])
-    pairs = []
-    i = j = 0
-    while i < len(one) and j < len(other):
-        if one[i] == other[j] and lengths[i, j] == lengths[i + 1, j + 1] + 1:
-            pairs.append((i, j))
-            i, j = i + 1, j + 1
-        elif lengths[i + 1, j] >= lengths[i, j + 1]:
-            i += 1
-        else:
-            j += 1
-    return pairs
+    worth = [[1.0 if action == theirs else -1.0 for theirs in other] for action in one]
+    return [(k, m) for k, m in paired(worth, len(other)) if k >= 0 and m >= 0]
