@@ -96,11 +96,6 @@ def _guarded(table: RuleTable, timeline: Timeline, player: int) -> IntArray:
     return targets
 
 
-def _apart(timeline: Timeline, one: int, other: int) -> FloatArray:
-    places = timeline.places[:, :, :2]
-    return np.asarray(np.linalg.norm(places[one] - places[other], axis=1))
-
-
 def kept_reports(
     table: RuleTable, timeline: Timeline, joints: Sequence[FloatArray]
 ) -> Iterator[RuleReport]:
@@ -109,7 +104,8 @@ def kept_reports(
         start, end = _frames_of(kept, table, timeline)
         player = table.players.index(kept.player)
         if kept.other:
-            apart = _apart(timeline, player, table.players.index(kept.other))[start:end]
+            places = timeline.places[:, start:end, :2]
+            apart = np.hypot(*(places[player] - places[table.players.index(kept.other)]).T)
             beyond = np.maximum(np.maximum(kept.near - apart, apart - kept.far), 0.0)
             worst = int(np.argmax(beyond))
             value, frame, limit = float(beyond[worst]), start + worst, 0.0

@@ -132,14 +132,11 @@ class SamplerSettings:
 class Trace:
     """The course of the sampling."""
 
-    # (rounds + 1, chains): -log P(Z) with all prices; row 0 is the start
-    energies: FloatArray
-    best: FloatArray  # (rounds + 1,): the lowest so far
+    best: (
+        FloatArray  # (rounds + 1,): the lowest -log P(Z) so far with all prices, at first the start
+    )
     cooled: float  # The lowest after cooling
     final: float  # The same of that scene without prices except that of delays
-    # (chains, 3), int: by chain: proposed, refused as too long or too early, accepted
-    jumps: IntArray
-    steps: IntArray  # (kinds, 2), int: inner steps of all chains, proposed and accepted
 
 
 def sample(
@@ -156,21 +153,21 @@ def sample(
     *chain_rngs, last = rng.spawn(settings.chains + 1)
     chains = [Chain(play, state or bootstrap(play, one), one) for one in chain_rngs]
     smooth = play.grammar.weights.smooth
-    energies = [[chain.energy for chain in chains]]
-    best = [min(energies[0])]
+    best = [min(chain.energy for chain in chains)]
     since = 0
     with ThreadPoolExecutor(settings.threads) as pool:
         for done in range(1, settings.rounds + 1):
             temperature = settings.temperature_after(done - 1)
             groups = tempered(play.groups, play.library, smooth, temperature)
             list(pool.map(partial(_block, settings, temperature, groups), chains))
-            energies.append([chain.energy for chain in chains])
             best.append(min(chain.best for chain in chains))
             since = 0 if best[-1] < 0.99 * best[-1 - since - 1] else since + 1
             if since >= settings.patience or (progress is not None and progress(done, best[-1])):
                 break
     cooled = _cooled(play, min(chains, key=lambda chain: chain.best).best_state, settings, last)
-    return cooled.best_state, _trace(chains, energies, best, cooled)
+    free = replace(play, prices=Prices(delay=play.prices.delay))
+    final = Chain(free, cooled.best_state, cooled.rng).energy
+    return cooled.best_state, Trace(np.array(best), cooled.best, final)
 
 
 def warm_up(play: Play, settings: SamplerSettings, rng: np.random.Generator) -> None:
@@ -209,22 +206,6 @@ def _cooled(
         chain.assign_all()
         chain.note_best()
     return chain
-
-
-def _trace(
-    chains: Sequence[Chain], energies: list[list[float]], best: list[float], cooled: Chain
-) -> Trace:
-    jumps = [(c.jumps.tried, c.jumps.refused, c.jumps.taken) for c in chains]
-    steps = np.sum([chain.jumps.steps for chain in chains], axis=0)
-    delays = Prices(delay=cooled.play.prices.delay)
-    return Trace(
-        np.array(energies),
-        np.array(best),
-        cooled.best,
-        Chain(replace(cooled.play, prices=delays), cooled.best_state, cooled.rng).energy,
-        np.array(jumps, dtype=np.int64),
-        steps,
-    )
 
 
 # From the scene of one diagram to a first scene of a changed diagram.
