@@ -107,7 +107,7 @@ class SamplerSettings:
     growth: float = 0.5  # Fraction of the jumps that insert or remove one link of a chain
     recasting: float = 0.25  # Fraction of the jumps that draw the clips of some actions again
     attention: float = 0.7  # Fraction of a jump's inner steps for the player who jumped
-    # Weights of the kinds of inner steps, see :data:`.metropolis.KINDS`; need not sum to 1
+    # Weights of the kinds of inner steps, see :mod:`.metropolis`; need not sum to 1
     shares: tuple[float, ...] = (0.1, 0.35, 0.25, 0.18, 0.06, 0.06)
     patience: int = 20  # Rounds without a scene that is better by 1 % after which to stop
     cooling: int = 40_000  # Steps of the final cooling
