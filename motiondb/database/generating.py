@@ -26,7 +26,7 @@ from motiondb.generate.smoothness import Smoothness
 from motiondb.language.question.readings import KnownQuestion, hinted, with_hints
 from motiondb.language.question.tree import AnyOf, Node, NotUsed, Without, parts_of
 from motiondb.language.translation import decoding
-from motiondb.language.vocabulary import as_said
+from motiondb.language.vocabulary import as_said, say_not_understood
 from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, Motion
 from motiondb.search.chances import WordSource, word_sources
@@ -36,9 +36,9 @@ from motiondb.search.takings import (
     hints_of,
     nearest_suggested,
     not_understood,
-    say_not_understood,
     sentence_of,
     unknown_words,
+    with_found,
     with_likeliest,
     write_otherwise,
 )
@@ -246,6 +246,7 @@ def generate(
         takes = takes_of(session)
         check_any(session.learned)
         sentence, same = sentence_of(session.learned, words), dict[str, Taking]()
+        sentence = with_found(sentence, None if exact else nearby_table(), ())
         if exact:
             learned = session.learned
             takings = unknown_words(sentence, nearby_table(), is_replaced=False)

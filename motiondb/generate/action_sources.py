@@ -57,7 +57,7 @@ from motiondb.meaning.direction import (
     directions_of,
 )
 from motiondb.meaning.limb_sides import limb_held, limbs_to_measure
-from motiondb.meaning.postures import is_posture_alone, posture_of
+from motiondb.meaning.postures import EVERY_POSTURE, is_posture_alone, posture_of
 from motiondb.records import FloatArray, IntArray
 from motiondb.search.by_words import SEEN_ALONE
 from motiondb.search.said_together import STANDING
@@ -118,6 +118,7 @@ difference to how many excerpts the judge finds right (.61 to .64 of 36 actions 
 HELD_WEIGHT = 4.0
 """Value of a segment throughout which a posture is held, nats: one that holds it for less is grown
 into only where it holds it for three quarters (``excerpts.DROP``). By hand."""
+LONGEST_EVENT = 90  # Frames (3 s) of a bow or squat that no caption says
 RARE = 60.0
 """Nats a frame. On CMU the median over the captures of a performer is 30 to 60 in walking,
 exercises and karate, 64 in ballet, 132 in acrobatics."""
@@ -457,16 +458,21 @@ def looked_at(learned: Learned) -> Iterator[int]:
 
 
 def seen_sources(
-    learned: Learned, of: ActionSources, held: Callable[[int, str], Sequence[tuple[int, int]]]
+    learned: Learned,
+    of: ActionSources,
+    posture: str,
+    held: Callable[[int, str], Sequence[tuple[int, int]]],
 ) -> ActionSources:
-    """The recorded captures that hold a posture, whatever captions say, as sources.
+    """The recorded captures that hold a posture, or show an event, whatever captions say.
 
     `held`: The first frames and last frames + 1 of the times for which a capture holds a posture.
     """
-    sources, posture, posed = [], of.action.posture, of.action.posed
+    sources, posed = [], of.action.posed
     rests = [group[0] for group in of.action.groups if group not in posed]
     for capture in looked_at(learned):
         times, rows = held(capture, posture), learned.rows[capture]
+        if posture not in EVERY_POSTURE:
+            times = [(start, end) for start, end in times if end - start <= LONGEST_EVENT]
         for rest in rests:
             pairs = product(times, held(capture, rest))
             both = ((max(a, c), min(b, d)) for (a, b), (c, d) in pairs)
@@ -481,7 +487,9 @@ def seen_sources(
             sources.append(Source(capture, rows, starts, ends, HELD_WEIGHT * shares, cost))
     usual = tuple(_with_rarity(learned, sources))
     action = replace(of.action, groups=posed)
-    return replace(of, action=action, sources=usual, directions=(posture, *rests))
+    ways = () if of.action.posture else directions_of(of.action.words)
+    held_too = (posture, *rests) if posture in EVERY_POSTURE else ()
+    return replace(of, action=action, sources=usual, directions=(*ways, *held_too))
 
 
 def picked_source(learned: Learned, of: ActionSources, capture: int) -> ActionSources:

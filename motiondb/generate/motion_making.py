@@ -73,8 +73,8 @@ from motiondb.meaning.direction import (
     words_of_measured,
 )
 from motiondb.meaning.limb_sides import hand_at, limb_held
-from motiondb.meaning.occurrences import FLIGHTS, measured_track
-from motiondb.meaning.postures import EVERY_POSTURE, is_posture_alone, posture_of
+from motiondb.meaning.occurrences import FLIGHTS, beside_event, measured_track, seen_event
+from motiondb.meaning.postures import EVERY_POSTURE, is_posture_alone
 from motiondb.records import MOTION_FPS, IntArray
 from motiondb.symbols.hmm_jobs import one_blas_thread
 
@@ -347,7 +347,9 @@ def _measured_words(tree: Node, counts: Mapping[str, int], held: Callable[[str],
     """Words of the actions that no caption says and that are measured beside known words."""
     measured = set[str]()
     for action in actions_of(tree):
-        if is_posture_alone(action.words) and held(posture_of(action.words)):
+        seen = seen_event(action.words, counts)
+        is_alone = is_posture_alone(action.words) or not beside_event(action.words)
+        if seen and is_alone and held(seen):
             measured.update(action.words)
             continue
         words = words_of_measured(_as_in_search([action.words])) & MODIFIERS
@@ -424,8 +426,9 @@ def _sources(
     for action in dict.fromkeys(wanted.actions):
         known = any(word in learned.word_numbers for word in action.words)
         of = ActionSources(action, ())
-        if action.posture:
-            of = seen_sources(learned, of, takes.held)
+        seen = action.looked_for(learned.word_numbers)
+        if seen:
+            of = seen_sources(learned, of, seen, takes.held)
         if not of.sources and known:
             of = find_sources(learned, action, wanted.verbs, takes.held)
         found[action] = of

@@ -16,7 +16,7 @@ Notes report what was decided and what cannot be shown.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -40,6 +40,7 @@ from motiondb.language.question.tree import (
     Without,
     actions_of,
 )
+from motiondb.meaning.occurrences import beside_event, seen_event
 from motiondb.meaning.postures import is_posture_alone, posture_of
 from motiondb.records import MOTION_FPS
 
@@ -118,6 +119,11 @@ class PlannedAction:
         each = self.posed  # of several groups, the same words once
         words = each[0] if len(each) == 1 else tuple(dict.fromkeys(w for one in each for w in one))
         return posture_of(words) if all(map(is_posture_alone, self.posed)) else ""
+
+    def looked_for(self, known: Container[str]) -> str:
+        """Its posture, or its clear event where no known word names it; "" for others."""
+        is_event = len(self.groups) == 1 and not beside_event(self.words)
+        return self.posture or (seen_event(self.words, known) if is_event else "")
 
     @property
     def posed(self) -> tuple[tuple[str, ...], ...]:

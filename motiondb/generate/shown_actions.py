@@ -32,7 +32,7 @@ neither can tell the two apart, and the judge is not sure.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Container, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -68,7 +68,7 @@ from motiondb.meaning.motion_judge import (
     pool_windows,
     said_words,
 )
-from motiondb.meaning.occurrences import event_of, find_occurrences, measured_track
+from motiondb.meaning.occurrences import event_of, find_occurrences, measured_track, seen_event
 from motiondb.meaning.postures import posture_of
 from motiondb.records import Float32Array, FloatArray, Motion
 from motiondb.search.measured_answers import excluded_words
@@ -168,7 +168,11 @@ def judge_motion(
         occurring = [w for w in one.action.words if w in OCCURRING and w not in one.directions]
         done += [w for w in occurring if gone(track, w) >= FULLY]
     looked_at = [
-        tuple(filter(None, (_unmeasured(group, done) for group in one.action.groups)))
+        tuple(
+            words
+            for group in one.action.groups
+            if (words := _unmeasured(group, done)) and not _is_seen(group, one, done, numbers)
+        )
         for one, done in zip(asked, measured)
     ]
     known = [
@@ -267,6 +271,14 @@ def _unmeasured(group: Sequence[str], done: Sequence[str]) -> tuple[str, ...]:
     if not measured.isdisjoint(PLAIN_TURNS):
         measured |= {*PLAIN_TURNS}
     return tuple(word for word in group if word not in measured)
+
+
+def _is_seen(
+    group: Sequence[str], asked: Asked, done: Sequence[str], known: Container[str]
+) -> bool:
+    """Whether a group whose words no caption says does all that is measured of its event."""
+    is_done = bool(asked.directions) and {*asked.directions} <= {*done}
+    return is_done and bool(seen_event(group, known))
 
 
 def _less_than_asked(shown: JudgedAction, asked: Asked) -> JudgedAction:

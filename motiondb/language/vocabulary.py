@@ -347,6 +347,15 @@ def _piece_words(
     return [word for word in words if word is not None]
 
 
+def say_not_understood(missing: Collection[str]) -> str:
+    """The first words of an answer to a question of which a head is not understood; "" if all are.
+
+    >>> say_not_understood(["clapping"])
+    "not understood: 'clapping'"
+    """
+    return f"not understood: {', '.join(map(repr, missing))}" if missing else ""
+
+
 def nothing_known(text: str, unknown: Mapping[str, tuple[str, ...]]) -> str:
     """Return the error for a question without any known word.
 

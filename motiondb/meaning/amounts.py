@@ -49,7 +49,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -247,6 +247,17 @@ def degree_of(words: Sequence[str]) -> Degree | None:
     event = "punch" if measure == "hand" else event_of([word for word in words if word in of])
     event = counted if measure == "count" else "jump" if jumps else event
     return Degree(measure, sign, frozenset(named), event)
+
+
+def usual_degree(action: Sequence[str]) -> Degree | None:
+    """The degree by which a jump, kick, bow or squat is clear: its height or depth; None of others.
+
+    >>> usual_degree(("jump", "left")).measure, usual_degree(("squat",)).measure
+    ('height', 'depth')
+    >>> usual_degree(("cartwheel",))
+    """
+    found = (degree_of((*action, word)) for word in ("high", "deep"))
+    return next((replace(one, words=frozenset()) for one in found if one), None)
 
 
 WITHIN = {"angle": 15.0, "way": 0.15, "speed": 0.2, "steps": 0.0}  # Degrees, m, m/s

@@ -82,7 +82,7 @@ EVERY_POSTURE = (
     *(f"{what}{side}" for what in ("land", "takeoff") for side in (*_HANDS, " one")),
     *(f"lift{side}" for side in _HANDS[:3]),
     *(f"at {side} {place}" for side in ("any", "left", "right", "both") for place in PLACES_ASKED),
-    *("lie", "kneel", "still", "stand", "sit", "low", "stoop", "lunge", "allfours"),
+    *("lie", "kneel", "still", "stand", "sit", "low", "stoop", "lunge", "allfours", "walk", "run"),
 )
 """The postures of ``POSED`` with their sides, and those in which something else is done."""
 HELD = frozenset(("handstand", "sit", *POSED)) - {"lower", "land", "takeoff"}
@@ -205,7 +205,8 @@ def say_posture(posture: str) -> str:
         "low": "stay low",
         "allfours": "go on all fours",
     }
-    return {"land": "land", "takeoff": "take off"}.get(posture) or said.get(what, what)
+    plain = {"land": "land", "takeoff": "take off", "seat": "sit down", "rise": "stand up"}
+    return plain.get(posture) or said.get(what, what)
 
 
 def is_held(event: str) -> bool:

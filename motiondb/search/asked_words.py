@@ -23,7 +23,7 @@ up is not to stand on a leg, and the legs swing. So neither counts as written th
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -40,6 +40,7 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning.amounts import is_of_degree
 from motiondb.meaning.caption_map import likeness_of
 from motiondb.meaning.limb_sides import LEGS
+from motiondb.meaning.occurrences import SURE, seen_event
 from motiondb.meaning.place_fitting import Written, interval_evidence
 from motiondb.meaning.regression import probability
 from motiondb.meaning.word_evidence import (
@@ -125,6 +126,22 @@ class AskedWords:
     def numbers(self) -> dict[str, int]:
         """Word -> its number."""
         return {word: number for number, word in enumerate(self.names)}
+
+    @cached_property
+    def own(self) -> Container[str]:
+        """The words, but those that a start alone knows."""
+        if self.learned.started is None:
+            return self.numbers
+        said = (described.words for described in self.learned.described)
+        return set(self.added).union(*said)
+
+    def sure_event(self, action: Sequence[str]) -> str:
+        """The event that an action in words of a start surely needs; "" for others.
+
+        Words that were learned from others' motion say little of who jumps here.
+        """
+        event = seen_event(action, self.own)
+        return event if event in SURE else ""
 
     @property
     def added(self) -> dict[str, int]:

@@ -48,7 +48,8 @@ from motiondb.language.question.tree import (
 )
 from motiondb.language.vocabulary import IN_PLACE, MODIFIERS, SINGLE, TRAVELS, as_said
 from motiondb.learn.learned import Learned
-from motiondb.meaning.amounts import SPEEDS, Degree, degree_of, is_gauged
+from motiondb.meaning.aims import aims_of
+from motiondb.meaning.amounts import SPEEDS, Degree, degree_of, is_gauged, usual_degree
 from motiondb.meaning.direction import vertical_ways
 from motiondb.meaning.limb_sides import (
     arm_lowered,
@@ -58,7 +59,7 @@ from motiondb.meaning.limb_sides import (
     limb_held,
     limbs_to_measure,
 )
-from motiondb.meaning.occurrences import COUNTED, event_of
+from motiondb.meaning.occurrences import COUNTED, event_of, seen_event
 from motiondb.meaning.postures import (
     OF_POSTURES,
     is_held,
@@ -86,6 +87,7 @@ from motiondb.search.takings import (
     not_understood,
     sentence_of,
     unknown_words,
+    with_found,
     with_likeliest,
     write_otherwise,
 )
@@ -209,6 +211,7 @@ def ask(
         if not exact:
             sentence, same = write_otherwise(sentence, find_written)
         asked = written_words_of(sentence, find_written, None if exact else table)
+        sentence = with_found(sentence, None if exact else table, asked.added)
         takings = unknown_words(sentence, table, asked.added, not exact, by_meaning=not exact)
         takings = without_measured_words(sentence, takings)
         asked = with_replaced(asked, takings)
@@ -249,6 +252,7 @@ def understand(
     if degree is not None:
         known, measured = without_degree(known, degree), measured | degree.words
     leaving = leaving_actions(sentence) if looks_at_motion else frozenset()
+    postures = {tuple(w for w in a if not degree or w not in degree.words) for a in sentence.seen}
     known = without_measured(known, measured | (LEAVING if leaving else set()))
     read, not_searched = readings(known.tree)
     is_single = looks_at_motion and len(read) == 1
@@ -256,15 +260,17 @@ def understand(
     left = tuple(known.unknown)
     if looks_at_motion:
         unmeasured = unmeasured_words(asked, sentence.parsed.tree, read, only)
-        searched = searched_together(asked, read, only, leaving, sentence.seen, measured_words)
-        read, apart, left = searched.readings, searched.apart, (*left, *searched.left)
+        searched = searched_together(asked, read, only, leaving, postures, measured_words)
+        free = (w for a in postures if not posture_of(a) for w in {*a} - measured_words(a))
+        left = (*left, *searched.left, *sorted(MODIFIERS.intersection(free)))
+        read, apart = searched.readings, searched.apart
         read = tuple(_with_unseen(counted(one, is_counted), sentence.unseen) for one in read)
         limits = [_measured_limits(asked, part, only) for one in read for part in one.parts]
         met, unmet = (set[str]().union(*of) for of in zip(*limits))
         if any(part.measure and not part.measure.what for one in read for part in one.parts):
             unmet |= {n.measure.say() for n in walk(known.tree) if isinstance(n, Measured)}
         not_searched = tuple(n for n in not_searched if n.text not in met - unmet)
-    is_alone = is_single and is_posture_alone(only)
+    is_alone = is_single and (is_posture_alone(only) or only in sentence.seen)
     searched_words = {w for action in read[0].parts[0].actions for w in action}
     part = read[0].parts[0]
     is_said = is_alone and searched_words == {*only} and not takings
@@ -273,6 +279,8 @@ def understand(
     is_seen_alone = is_alone and (only in sentence.seen or not is_said)
     time = asked_time(known, read) if looks_at_motion else ""
     time = "" if degree is not None and degree.measure == "count" else time  # of whole takes
+    if is_seen_alone and degree is None and not posture_of(only):
+        degree = usual_degree(only)
     seen = (only,) if is_seen_alone else sentence.seen if looks_at_motion else ()
     return AskedQuestion(
         sentence.text,
@@ -289,9 +297,11 @@ def understand(
         readings=read,
         only=only,
         measured=(
-            *dict.fromkeys(say_posture(posture_of(action)) for action in sorted(seen)),
+            *dict.fromkeys(say_posture(seen_event(a, asked.numbers)) for a in sorted(seen)),
             *sorted(
-                "on one leg" if word == SINGLE else as_said(word) for word in measured if not seen
+                "on one leg" if word == SINGLE else as_said(word)
+                for word in measured
+                if not seen or not posture_of(only)
             ),
             *filter(None, (time,)),
         ),
@@ -334,7 +344,9 @@ def _measured_words(action: tuple[str, ...]) -> frozenset[str]:
         ends = action
     elif posture_of(action):
         ends = _OF_ARMS.intersection(action) if _moves_hands(action) else {"down", "allfours"}
-    return frozenset((*directions_to_measure(action), *limbs, *ends, *vertical_ways(action)))
+    return frozenset(
+        (*directions_to_measure(action), *aims_of(action), *limbs, *ends, *vertical_ways(action))
+    )
 
 
 def _moves_hands(action: Sequence[str]) -> bool:
@@ -378,8 +390,8 @@ def is_counted(part: Part) -> bool:
     said = part.said or part.actions
     if len(said) == 1 and posture_of(said[0]):
         return True
-    is_one = len(part.actions) == 1 and len(said) < 2
-    return is_one and event_of(part.actions[0]) in COUNTED_EVENTS
+    is_one = len(part.actions) < 2 and len(said) == 1
+    return is_one and event_of((part.actions or said)[0]) in COUNTED_EVENTS
 
 
 def _measured_limits(
@@ -468,7 +480,8 @@ def _as_measured(asked: AskedWords, action: Sequence[str]) -> tuple[str, ...]:
 
 def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> bool:
     """Whether a reading, or the only action of a question, names what is measured."""
-    if any(map(measured_words, _compared(asked, reading, only))):
+    compared = _compared(asked, reading, only)
+    if any(measured_words(one) or asked.sure_event(one) for one in compared):
         return True
     return (
         bool(reading.unseen)
@@ -478,7 +491,12 @@ def is_measured(asked: AskedWords, reading: Reading, only: tuple[str, ...]) -> b
             or part.is_seen
             or bool(gauged_action(part, actions_of_part(asked, part, only)))
             or any(lasts_going(part, action) for action in actions_of_part(asked, part, only))
-            or any({*action} <= STANDING or is_posture_alone(action) for action in part.said)
+            or any(
+                {*action} <= STANDING
+                or is_posture_alone(action)
+                or seen_event(action, asked.numbers)
+                for action in part.said
+            )
             for part in reading.parts
         )
     )

@@ -21,7 +21,7 @@ import numpy as np
 
 from motiondb.language.question.readings import KnownQuestion, Part, Reading
 from motiondb.language.question.tree import NotUsed
-from motiondb.language.vocabulary import as_said
+from motiondb.language.vocabulary import as_said, say_not_understood
 from motiondb.meaning import by_question
 from motiondb.meaning.by_question import QuestionHit
 from motiondb.meaning.occurrences import event_of
@@ -49,7 +49,7 @@ from motiondb.search.measured_answers import compare_with_motion, is_surely_agai
 from motiondb.search.ranking import Judged
 from motiondb.search.reasons import Explanation, explain, explain_hit
 from motiondb.search.seen_frames import Frames
-from motiondb.search.takings import Taking, say_not_understood, with_notation
+from motiondb.search.takings import Taking, with_notation
 from motiondb.search.word_matches import to_match
 from motiondb.tabled import Tabled
 

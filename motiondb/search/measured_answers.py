@@ -48,7 +48,7 @@ from motiondb.meaning.limb_sides import (
     say_other_limb,
     side_amount,
 )
-from motiondb.meaning.occurrences import event_of
+from motiondb.meaning.occurrences import event_of, seen_event
 from motiondb.meaning.postures import frames_without, posture_of, say_posture
 from motiondb.meaning.travelled import (
     STEADY,
@@ -75,7 +75,9 @@ from motiondb.search.asking import (
 )
 from motiondb.search.measured_amounts import gauge, gauged_action
 from motiondb.search.measured_postures import (
+    AT_ONCE,
     CLEAR_SIDE,
+    events_in_groups,
     events_of_side,
     goes_anywhere,
     held_inside,
@@ -83,6 +85,7 @@ from motiondb.search.measured_postures import (
     is_flown,
     lacks_posture,
     leaves_posture_open,
+    not_aimed,
     not_flown,
     on_other_foot,
     other_posture,
@@ -96,7 +99,6 @@ LEAST_LOOKED_AT = 30  # Feature frames (2 s) in which "in place" is measured
 MOST_OF_PLACE = 0.6  # Share of a place that goes in a direction of which it is said as a whole
 LEAVES = 1.0  # Seconds for which somebody who walks away must at least walk
 RESTS = 1.0  # Seconds for which somebody who does not move must at least be still
-AT_ONCE = 60  # Frames (2 s) between events that belong together
 
 
 def compare_with_motion(
@@ -143,7 +145,9 @@ def compare_with_motion(
         amount = seconds_from_edge(seen, question.time, places[0])
     for exclusion in (*reading.exclusions, *reading.unseen):
         for k in range(exclusion.first, exclusion.last):
-            places[k], against, is_unclear = _without(seen, actions_of[k], exclusion, places[k])
+            places[k], against, is_unclear = _without(
+                question.asked, seen, actions_of[k], exclusion, places[k]
+            )
             contradicted, unclear = [*contradicted, *against], unclear or is_unclear
     if question.degree is not None:
         amount = question.degree.amount(seen.track, places[0].start, places[0].end)
@@ -169,7 +173,7 @@ def is_surely_against(question: AskedQuestion, seen: SeenFrames, n: int = 0) -> 
     Then it need not be placed to be told from an answer.
     """
     for part, actions in zip(question.readings[n].parts, question.compared[n]):
-        event = _counted_event(part, actions)
+        event = _counted_event(question.asked, part, actions)
         if event and is_repeated(part):
             room = room_asked(seen, question.time, slice(0, seen.n_frames))
             found = _found(seen, event, part, actions[0], room)
@@ -183,7 +187,8 @@ def is_surely_against(question: AskedQuestion, seen: SeenFrames, n: int = 0) -> 
 
 def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str]) -> bool:
     """Whether a take nowhere goes on, leaves, sits down, rises or goes as an action asks for."""
-    if lasts_going(part, action) or (part.is_seen and not posture_of(action)):
+    is_event = seen_event(action, asked.numbers)
+    if lasts_going(part, action) or (part.is_seen and not is_event):
         least = part.seconds if lasts_going(part, action) else LEAVES
         if seen.longest_going(action)[0] < least:
             return True
@@ -203,7 +208,7 @@ def _lacks(asked: AskedWords, seen: SeenFrames, part: Part, action: Sequence[str
     )
 
 
-def _counted_event(part: Part, actions: Sequence[Sequence[str]]) -> str:
+def _counted_event(asked: AskedWords, part: Part, actions: Sequence[Sequence[str]]) -> str:
     """The event of a part of one action, which is counted or gives it its place; "" for others."""
     if part.seconds > 0.0 or not actions:
         return ""
@@ -213,7 +218,8 @@ def _counted_event(part: Part, actions: Sequence[Sequence[str]]) -> str:
         return ""
     # of words that no caption says together, one may be another action: "stand up" and "chair" not
     n_acting = sum(not VERBS.isdisjoint(words) for words in part.actions)
-    return event_of(actions[0]) if n_acting < 2 else posture_of(actions[0])
+    seen = seen_event(actions[0], asked.numbers)
+    return seen or (event_of(actions[0]) if n_acting < 2 else "")
 
 
 def _believed(asked: AskedWords, capture: int, action: Sequence[str]) -> set[str]:
@@ -241,9 +247,10 @@ def _meanwhile(
         return _gone_on(seen, part, action, place, room)
     if len(part.said) > 1 and {*action} <= STANDING:
         return place, other_posture(seen, action, place)
-    if len(part.said) > 1 and posture_of(action):
+    is_event = seen_event(action, asked.numbers)
+    if len(part.said) > 1 and is_event:
         return held_meanwhile(asked, seen, action, place)
-    if part.is_seen and not posture_of(action):
+    if part.is_seen and not is_event:
         return _leaves(seen, action, place, room)
     return place, []
 
@@ -272,7 +279,7 @@ def _goes(
         if side not in believed and not posture_of(action)
     ]
     against, now = _compare_action(seen, action, sides, believed, place, shown, part.seconds)
-    alone = len(part.actions) == 1 and len(directions_to_measure(action)) == 1
+    alone = len(part.said or part.actions) == 1 and len(directions_to_measure(action)) == 1
     # of several directions, one place would have to show all
     if not alone and (now.start, now.end) != (place.start, place.end):
         now = replace(now, start=place.start, end=place.end, right=None)
@@ -316,16 +323,18 @@ def _at_events(
 
     And whether what is counted is all of it: a take of seven jumps may hold two in a row.
     """
-    event = _counted_event(part, actions)
+    event = _counted_event(question.asked, part, actions)
     if not event:
         return place, [], True
     if not is_repeated(part) and is_labelled(question.asked, seen.capture, part):
         return place, [], True  # captions say where it is
     if not is_repeated(part) and seen.is_away:
         return place, [], True  # words alone say where it is
-    posture = posture_of(actions[0])
+    posture = seen_event(actions[0], question.asked.numbers)
     found = _found(seen, event, part, actions[0], room)
-    groups = [[one] for one in found] if posture and not is_repeated(part) else _groups(found)
+    groups = (
+        [[one] for one in found] if posture and not is_repeated(part) else events_in_groups(found)
+    )
     if is_repeated(part):
         groups = [g for g in (found, *groups) if _fits(part, len(g))]
         if not groups:
@@ -338,7 +347,7 @@ def _at_events(
     if not found:
         lacks = lacks_posture(question.asked, seen, actions[0], found)
         there = " then" if posture and seen.events(event) else ""
-        return place, [f"does not {say_posture(posture)}{there}"] * lacks, True
+        return place, [f"does not {say_posture(posture or event)}{there}"] * lacks, True
     inside = [g for g in groups if g[-1][1] > place.start and g[0][0] < place.end]
     words = [question.asked.numbers[word] for action in part.actions[:1] for word in action]
     evidence = seen.evidence(words) if words else None
@@ -371,21 +380,6 @@ def _at_events(
 def _fits(part: Part, n: int) -> bool:
     """Whether an event occurs as often as a part asks for."""
     return part.least <= n and (part.most is None or n <= part.most)
-
-
-def _groups(found: Sequence[tuple[int, int]]) -> list[list[tuple[int, int]]]:
-    """Events in groups, of which each follows the one before at once.
-
-    >>> _groups([(0, 10), (20, 30), (200, 210)])
-    [[(0, 10), (20, 30)], [(200, 210)]]
-    """
-    groups: list[list[tuple[int, int]]] = []
-    for one in found:
-        if groups and one[0] - groups[-1][-1][1] <= AT_ONCE:
-            groups[-1].append(one)
-        else:
-            groups.append([one])
-    return groups
 
 
 def _leaves(
@@ -429,6 +423,7 @@ def _compare_action(
     """
     against = [
         *on_other_foot(seen, action, place),
+        *not_aimed(seen, action, place, believed),
         *_not_vertical(seen, action, place, believed),
     ]
     against += [
@@ -466,6 +461,7 @@ def _not_vertical(
 
 
 def _without(
+    asked: AskedWords,
     seen: SeenFrames,
     actions: Sequence[Sequence[str]],
     exclusion: Exclusion,
@@ -474,11 +470,12 @@ def _without(
     """The place of a part without what is excluded, what speaks against it, and whether it may."""
     if excluded_event(exclusion) == "move" and not actions:
         return *_unmoved(seen, place), True
-    done = _done_though_excluded(seen, actions, exclusion, place)
+    done = _done_though_excluded(asked, seen, actions, exclusion, place)
     return unsure(place) if done else place, done, False
 
 
 def _done_though_excluded(
+    asked: AskedWords,
     seen: SeenFrames,
     actions: Sequence[Sequence[str]],
     exclusion: Exclusion,
@@ -488,15 +485,15 @@ def _done_though_excluded(
     done = list[str]()
     end = math.inf if exclusion.later else place.end
     for action, excluded in product(actions or ((),), exclusion.actions):
-        posed = posture_though_excluded(
-            seen, excluded_words(action, excluded), place.start, place.end
-        )
+        posture = excluded_words(action, excluded)
+        posed = posture_though_excluded(asked, seen, posture, place.start, place.end)
         if posed is not None:
             done += posed
         elif MODIFIERS.issuperset(excluded) and not place.unknown:
             done += _goes_though_excluded(seen, _inside(place), action, excluded)
     event = excluded_event(exclusion)
-    is_event = event == "move" or bool(event and actions and not posture_of(exclusion.actions[0]))
+    is_seen = bool(event) and bool(seen_event(exclusion.actions[0], asked.numbers))
+    is_event = event == "move" or (bool(event and actions) and not is_seen)
     is_direction = bool(exclusion.actions) and MODIFIERS.issuperset(exclusion.actions[0])
     if is_event and not is_direction:
         found = events_of_side(seen, exclusion.actions[0], seen.events(event))

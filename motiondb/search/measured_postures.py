@@ -5,14 +5,15 @@ Raised hands, lying, kneeling, one leg; turns and jumps to a side, hops on a leg
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.tree import SIDES
-from motiondb.language.vocabulary import SINGLE, as_said
+from motiondb.language.vocabulary import MODIFIERS, SINGLE, as_said
+from motiondb.meaning.aims import aims_of, goes_there
 from motiondb.meaning.limb_sides import (
     PLAIN,
     hop_on,
@@ -21,7 +22,7 @@ from motiondb.meaning.limb_sides import (
     limbs_to_measure,
     side_amount,
 )
-from motiondb.meaning.occurrences import FLIGHTS, flown, is_on_foot
+from motiondb.meaning.occurrences import FLIGHTS, event_of, flown, is_on_foot, seen_event
 from motiondb.meaning.postures import posture_of, say_posture, sitting, standing
 from motiondb.meaning.travelled import turning
 from motiondb.search.asked_words import AskedWords
@@ -32,6 +33,7 @@ CLEAR_SIDE = 2.0  # Least shares of a limb from which it clearly moves: two thir
 WALKING, HOLDS = 0.6, 0.7  # m/s; share of a place in which a posture holds
 FLOWN = 0.2  # Metres to a side of a jump that goes there, if it goes less far ahead or back
 BESIDE = 15  # Frames (0.5 s) before or after an action in which it takes off or lands
+AT_ONCE = 60  # Frames (2 s) between events that belong together
 HELD_FOR = 9  # Frames (0.3 s) for which a posture is at least held while something else is done
 
 
@@ -45,7 +47,7 @@ def lacks_posture(
 
     `found`: Where it was found; None: look for it in the whole take.
     """
-    posture = posture_of(action)
+    posture = seen_event(action, asked.numbers) or asked.sure_event(action)
     if not posture or seen.is_away or _is_said(asked, seen, action):
         return False
     return not (seen.events(posture) if found is None else found)
@@ -59,7 +61,7 @@ def leaves_posture_open(
     `alone`: Whether captions say it nowhere, so that no answer has a probability. [start, end): its
     frames.
     """
-    posture = posture_of(action)
+    posture = seen_event(action, asked.numbers)
     what, _, side = posture.partition(" ")
     if not posture or seen.is_away:
         return False
@@ -72,6 +74,8 @@ def _is_said(asked: AskedWords, seen: SeenFrames, action: Sequence[str]) -> bool
     """Whether a caption of a take says the posture of an action, or where its hand is."""
     if asked.evidence.written.get(seen.capture) is None:
         return False
+    if not posture_of(action):
+        return False
     posture, core = posture_of(action), {*action} - PLAIN
     is_at = posture.startswith("at ") and len(core) > 1  # "sit, ankle on knee, hand on chin"
     said = asked.learned.said_actions(seen.capture)
@@ -79,10 +83,10 @@ def _is_said(asked: AskedWords, seen: SeenFrames, action: Sequence[str]) -> bool
 
 
 def posture_though_excluded(
-    seen: SeenFrames, action: Sequence[str], start: int, end: int
+    asked: AskedWords, seen: SeenFrames, action: Sequence[str], start: int, end: int
 ) -> list[str] | None:
     """That frames [start, end) show the posture of an excluded action; None if it is no posture."""
-    posture = posture_of(action)
+    posture = seen_event(action, asked.numbers)
     if not posture or seen.is_away:
         return None
     is_seen = any(a < end and b > start for a, b in seen.events(posture))
@@ -106,7 +110,7 @@ def held_meanwhile(
 
     A caption that says it is not contradicted: a short touch may be elsewhere in the take.
     """
-    posture = posture_of(action)
+    posture = seen_event(action, asked.numbers)
     around = BESIDE if posture.startswith(("land", "takeoff")) else 0  # which a flight adjoins
     held = held_inside(seen.events(posture), place.start - around, place.end + around)
     start, end = max(held, key=lambda run: run[1] - run[0], default=(0, 0))
@@ -169,6 +173,21 @@ def goes_anywhere(seen: SeenFrames, action: Sequence[str], direction: str) -> bo
     return seen.goes_once(direction, turning(action))
 
 
+def not_aimed(
+    seen: SeenFrames, action: Sequence[str], place: PartPlace, believed: Collection[str]
+) -> list[str]:
+    """That no kick or punch in a place goes where the action says, nor its trunk leans so."""
+    aims = aims_of(action)
+    if not aims or seen.is_away or not {*aims}.isdisjoint(believed):
+        return []
+    event = event_of(action)
+    times = seen.events(event) if event in ("kick", "punch") else [(place.start, place.end)]
+    inside = [time for time in times if time[0] < place.end and time[1] > place.start]
+    is_seen = any(goes_there(seen.track, action, *time) for time in inside)
+    verb = next(word for word in action if word not in MODIFIERS)
+    return [] if is_seen else [f"does not {verb} {' '.join(map(as_said, aims))}"]
+
+
 def not_flown(seen: SeenFrames, action: Sequence[str], place: PartPlace) -> list[str]:
     """That no flight in a place goes to the side to which an action jumps."""
     flights = events_of_side(seen, action, seen.events("jump"))
@@ -193,6 +212,8 @@ def events_of_side(
         to_side = [{"left": left, "right": -left}.get(aside, abs(left)) for left, _ in ways]
         least = [FLOWN if goes_ahead else max(FLOWN, abs(ahead)) for _, ahead in ways]
         return [f for f, way, bound in zip(found, to_side, least) if way >= bound]
+    if aims_of(action) and not seen.is_away:
+        return [time for time in found if goes_there(seen.track, action, *time)]
     if turning(action) and len(SIDES.intersection(action)) == 1 and not seen.is_away:
         sign = 1.0 if "left" in action else -1.0
         return [(a, b) for a, b in found if sign * seen.track[a:b, 3].sum() > 0.0]
@@ -202,3 +223,18 @@ def events_of_side(
         clear = [f for f, part in zip(found, inside) if side_amount(part, side) >= CLEAR_SIDE]
         found = clear or found
     return found
+
+
+def events_in_groups(found: Sequence[tuple[int, int]]) -> list[list[tuple[int, int]]]:
+    """Events in groups, of which each follows the one before at once.
+
+    >>> events_in_groups([(0, 10), (20, 30), (200, 210)])
+    [[(0, 10), (20, 30)], [(200, 210)]]
+    """
+    groups: list[list[tuple[int, int]]] = []
+    for one in found:
+        if groups and one[0] - groups[-1][-1][1] <= AT_ONCE:
+            groups[-1].append(one)
+        else:
+            groups.append([one])
+    return groups

@@ -111,8 +111,9 @@ class Judged:
         def whole_of(answer: Found) -> float | None:
             whole = answer.sure.whole
             if whole is None:  # it is at most that of each of its actions
-                least = min(answer.sure.actions, default=1.0)
-                return least if least < LIKELY else None
+                least = min(answer.sure.actions, default=None)
+                is_open = least is None or least < LIKELY or not self._is_against(answer)
+                return least if is_open else None
             if is_known and whole < LIKELY:
                 return whole  # what speaks against it changes nothing
             if self.is_checked and not self._is_against(answer):

@@ -62,8 +62,15 @@ from motiondb.language.vocabulary import (
 )
 from motiondb.language.word_vectors.word_vectors import shares_by_meaning, word_vectors
 from motiondb.learn.learned import Learned
+from motiondb.meaning.amounts import degree_of
 from motiondb.meaning.limb_sides import PLAIN
-from motiondb.meaning.postures import OF_POSTURES, beside_posture, is_posture_alone, posture_of
+from motiondb.meaning.occurrences import beside_event, seen_event
+from motiondb.meaning.postures import (
+    OF_POSTURES,
+    beside_posture,
+    is_posture_alone,
+    posture_of,
+)
 from motiondb.meaning.travelled import directions_to_measure
 
 TAKEN = 0.5
@@ -72,6 +79,7 @@ SUGGESTED = 0.3
 how often each range of probabilities is right."""
 
 OF_POSTURE = "only that the posture is held, or that somebody lands so, is measured"
+OF_EVENT = "not in the captions; the rest of its action is seen in the motion alone"
 LEAST_NEAR = 0.5
 """Smallest cosine of a word that is heard by its meaning and the nearest known word. Words that
 were hidden from the captions of CMU performers were found with an average precision of .39 above it
@@ -264,6 +272,8 @@ class Sentence:
     text: str
     # Phrases in it that name one motion ("hand stand"): lemmas that a caption must hold together
     phrases: tuple[tuple[str, ...], ...] = ()
+    # Words that no caption holds, and that are found where they are written or replaced
+    found: frozenset[str] = frozenset()
 
     @cached_property
     def tokens(self) -> tuple[list[Token], list[NotUsed]]:
@@ -276,13 +286,20 @@ class Sentence:
         question, told = parse_tokens(self.text, *self.tokens), list[NotUsed]()
 
         def posture_alone(action: Action) -> Action:
-            beside = beside_posture(action.words)
+            beside, manner, reason = beside_posture(action.words), action.manner, OF_POSTURE
             heads = {*action.words} - MODIFIERS
-            is_open = is_posture_alone(action.words) or beside
-            if not (is_open and (beside or action.manner)) or not heads.isdisjoint(self.known):
+            is_open = is_posture_alone(action.words) or bool(beside)
+            if self._event(action.words) and not posture_of(action.words):
+                degree = degree_of(action.all_words) if core(question.tree) else None
+                measured = degree.words if degree else frozenset[str]()
+                manner = tuple(one for one in manner if one not in measured)
+                beside = tuple(w for w in beside_event(action.words) if w not in measured)
+                is_open, reason = True, OF_EVENT
+            if not (is_open and (beside or manner)) or not heads.isdisjoint(self.known):
                 return action
-            told.extend(NotUsed(as_said(w), OF_POSTURE) for w in (*beside, *action.manner))
-            return Action(tuple(word for word in action.words if word not in beside))
+            told.extend(NotUsed(as_said(w), reason) for w in (*beside, *manner))
+            words = tuple(word for word in action.words if word not in beside)
+            return Action(words, tuple(one for one in action.manner if one not in manner))
 
         tree = map_actions(question.tree, posture_alone)
         return replace(question, tree=tree, not_used=(*question.not_used, *told))
@@ -345,14 +362,17 @@ class Sentence:
         return frozenset(
             action.words
             for action in actions
-            if is_posture_alone(action.words)
-            and not action.manner
-            and (
-                is_known
-                or posture_of(action.words).startswith("on ")
-                or not self._is_said(action.words, said)
-            )
+            if (is_posture_alone(action.words) and not action.manner)
+            or (self._event(action.words) and not posture_of(action.words))
+            if is_known
+            or posture_of(action.words).startswith("on ")
+            or not posture_of(action.words)
+            or not self._is_said(action.words, said)
         )
+
+    def _event(self, words: Sequence[str]) -> str:
+        """The posture of an action, or its clear event where captions say none of its words."""
+        return seen_event(words, self.learned.word_numbers.keys() | self.found)
 
     def _is_said(self, words: Sequence[str], of_postures: frozenset[str]) -> bool:
         """Whether captions say the posture of an action: of a hand at a place, all its words."""
@@ -398,6 +418,16 @@ def find_takings(
         for word, form in sentence.forms.items()
         if word not in known and word not in learned.word_numbers
     }
+
+
+def with_found(sentence: Sentence, table: NearbyTable | None, added: Collection[str]) -> Sentence:
+    """A question that knows which of its words are found as written or replaced, so not measured.
+
+    `table`: None if no word is replaced.
+    """
+    takings = {} if table is None else find_takings(sentence, table, added)
+    found = {word for word, taking in takings.items() if taking.is_taken}
+    return replace(sentence, found=frozenset((*added, *found))) if added or found else sentence
 
 
 def unknown_words(
@@ -568,12 +598,3 @@ def not_understood(sentence: Sentence, added: Collection[str] = ()) -> tuple[str
         return ()
     missing = missing_heads(sentence.parsed.tree, sentence.verbs, known)
     return tuple(dict.fromkeys(written.get(word, word) for heads in missing for word in heads))
-
-
-def say_not_understood(missing: Collection[str]) -> str:
-    """The first words of an answer to a question of which a head is not understood; "" if all are.
-
-    >>> say_not_understood(["clapping"])
-    "not understood: 'clapping'"
-    """
-    return f"not understood: {', '.join(map(repr, missing))}" if missing else ""

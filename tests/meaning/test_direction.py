@@ -229,7 +229,7 @@ def test_a_track_is_measured_in_a_motion() -> None:
     for local, kicks in ((rotations, []), (lifted, [(20, 30)])):
         motion = Motion(local.astype(np.float32), roots.astype(np.float32), body.LEG_LENGTH)
         track = measured_track(motion)
-        assert track.shape == (60, 29)
+        assert track.shape == (60, 37)
         np.testing.assert_allclose(track[:10, :6], [[0.93, 0, 0, 0, 0, 0]] * 10, atol=1e-3)
         assert find_occurrences(track, "kick") == kicks
         assert all(find_occurrences(track, word) == [] for word in COUNTED if word != "kick")

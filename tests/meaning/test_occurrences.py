@@ -86,6 +86,25 @@ def test_a_hand_is_lowered_that_comes_to_hang_down_from_the_shoulder() -> None:
     assert find_occurrences(track, "lower") == []
 
 
+def test_the_stride_of_a_run_is_no_jump() -> None:
+    """Flights of 9 cm: one in place, one at 3 m/s, and one at 3 m/s that rises by 25 cm."""
+    track = standing(200)
+    for start, speed, height in ((20, 0.0, 0.09), (80, 3.0, 0.09), (140, 3.0, 0.25)):
+        track[start - 10 : start + 20, AHEAD] = speed
+        track[start : start + 10, HEIGHT] += height
+        track[start : start + 10, FEET] = 0.3
+    assert find_occurrences(track, "jump") == [(20, 30), (140, 150)]
+
+
+def test_walks_and_runs_last() -> None:
+    track = standing(300)
+    track[20:100, AHEAD], track[120:200, AHEAD], track[220:228, AHEAD] = 1.2, 3.0, 1.2
+    (walk,), (run,) = (find_occurrences(track, word) for word in ("walk", "run"))
+    assert np.abs(np.subtract((*walk, *run), (20, 100, 120, 200))).max() < 10
+    track[:, LEAN] = 1.2  # on hands and feet
+    assert find_occurrences(track, "walk") == []
+
+
 def test_turns_and_spins_go_far_enough_to_one_side() -> None:
     track = standing()
     track[30:60, TURNING] = 1.0  # 1 rad

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -146,6 +147,14 @@ def test_a_posture_before_another_action_is_measured_alone(db: motiondb.MotionDB
     assert len(free) >= 5
 
 
+def test_captures_that_show_both_actions_are_no_parts(db: motiondb.MotionDB) -> None:
+    """Of "and", in either order or at once, no probability is known."""
+    answer = db.search("walk and turn", limit=5)
+    assert {match.probability for match in answer.matches} == {None}
+    assert min(match.score for match in answer.matches) > 0.9
+    assert not answer.partial
+
+
 def test_a_posture_that_no_caption_says_is_measured_alone(db: motiondb.MotionDB) -> None:
     assert not {"kneel", "knee", "lie"} & {*db.learned.known_words}
     for asked, posture in (
@@ -158,6 +167,48 @@ def test_a_posture_that_no_caption_says_is_measured_alone(db: motiondb.MotionDB)
         assert answer.measured == (posture,)
         assert answer.nothing.startswith("probably nothing")
         assert all(posture in match.contradicted[0] for match in answer.matches)
+
+
+def test_an_event_that_no_caption_says_is_seen_in_the_motion(db: motiondb.MotionDB) -> None:
+    """Replaced words come first: without them, a squat is looked for in the motion alone."""
+    assert not {"squat", "crouch"} & {*db.learned.known_words}
+    answer = db.search("a deep squat", limit=200, exact=True)
+    assert answer.measured == ("squat", "deep")
+    free = [match for match in answer.matches if not match.contradicted]
+    shown = {i.name for i in db.captures() if find_occurrences(track_of(db, i.name), "squat")}
+    assert shown == {match.capture for match in free} != set()
+    assert amounts(answer) == sorted(amounts(answer), reverse=True)
+    assert {match.probability for match in answer.matches} == {None}
+    twice = db.search("squat twice", limit=200, exact=True)
+    for match in twice.matches:
+        if not match.contradicted:
+            assert len(find_occurrences(track_of(db, match.capture), "squat")) >= 2
+    ordered = db.search("walk, then squat", limit=5, exact=True).matches[0]
+    assert ordered.capture in shown
+    assert ordered.parts[0].end <= ordered.parts[1].start
+    without = db.search("walk, but do not squat", limit=100, exact=True)
+    assert without.not_used == ()
+    assert {match.probability for match in without.matches} == {None}
+    assert not db.search("squat", limit=1).measured  # "sit" replaces it
+
+
+def test_kicks_go_where_they_are_asked_to_go(db: motiondb.MotionDB) -> None:
+    """Those of the sample data go ahead of the body, whatever their heading is."""
+    kicks = {info.name for info in db.captures() if "kick_1" in info.name}
+    for way, is_against in (("forward", False), ("backward", True), ("to the left", True)):
+        answer = db.search(f"kick {way}", limit=100)
+        assert answer.left == ()
+        against = {match.capture: match.contradicted for match in answer.matches}
+        said = (f"does not kick {way.split()[-1]}",) if is_against else ()
+        assert {against[name] for name in kicks} == {said}
+
+
+def test_what_an_event_alone_does_not_say_is_told(db: motiondb.MotionDB) -> None:
+    answer = db.search("squat over a puddle", limit=3, exact=True)
+    assert [part.text for part in answer.not_used] == ["puddle"]
+    assert answer.left == ("over",)
+    answer = db.search("a slow squat while walking", limit=3, exact=True)
+    assert [part.text for part in answer.not_used] == ["slow"]
 
 
 def test_postures_alone_are_looked_for_in_every_capture(db: motiondb.MotionDB) -> None:
@@ -514,9 +565,10 @@ def test_a_hop_is_excluded_on_its_leg_alone() -> None:
     seen: Any = SeenFrames(*[None] * 3)  # type: ignore[arg-type]
     seen.__dict__["events"] = {"hop": hop, "hop left": [], "hop right": hop}.get
     place = PartPlace(0, 60, None)
+    asked: Any = SimpleNamespace(numbers={"hop": 0})
     for leg, told in (("left", False), ("right", True)):
         excluded = Exclusion((("hop", leg, "leg"),), 0, 1)
-        assert bool(_done_though_excluded(seen, (("hop",),), excluded, place)) is told
+        assert bool(_done_though_excluded(asked, seen, (("hop",),), excluded, place)) is told
 
 
 def test_who_goes_on_all_fours_backward_is_measured_as_told(db: motiondb.MotionDB) -> None:

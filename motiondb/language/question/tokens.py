@@ -50,7 +50,7 @@ _OF_TAKE = (  # a request is read without "clip" and "recording" at its end
     r"(?:the|a|each|every)(?:\s+(?:clip|take|capture|file|recording|motion|sequence)"
     r"|(?=\s*(?:[,.;?!]|$)))"
 )
-_UNIT = r"(?:s|sec|secs|seconds?|min|mins|minutes?)"
+_UNIT = r"(?:s|sec|secs|seconds?|min|mins|minutes?|ms|milliseconds?)"
 _POINT = rf"(?:second\s+{FEW}|{FEW}(?:\s*{_UNIT})?)"
 WHOLE = (
     r"(?:for\s+)?the\s+(?:whole|entire)(?:\s+(?:time|clip|take|capture|recording)"
@@ -61,7 +61,8 @@ WHOLE = (
 _SPAN = (
     rf"(?:from\s+{_POINT}\s+(?:to|until|till)\s+(?:second\s+{FEW}|{_SECONDS})"
     rf"|from\s+second\s+{FEW}\s+(?:to|until|till)\s+{FEW}"
-    rf"|between\s+(?:second\s+{FEW}\s+and\s+{_POINT}|{FEW}\s*{_UNIT}\s+and\s+{_SECONDS}))"
+    rf"|between\s+(?:second\s+{FEW}\s+and\s+{_POINT}|{FEW}\s*{_UNIT}\s+and\s+{_SECONDS})"
+    rf"|(?:at|from|between|during)\s+{FEW}(?:\s*{_UNIT})?\s*[-–]\s*{_SECONDS})"
 )
 _WORDS = (
     (
@@ -89,6 +90,11 @@ _WORDS = (
     (
         "skip",
         r"not\s+(?:only|just|merely|simply)(?=\W.*\bbut\b)",
+    ),
+    (
+        "asked",
+        r"how\s+(?:many(?:\s+times)?|often|much|long|far|fast|high|deep)"
+        r"(?:\s+(?:is|are|was|were|do|does|did))?(?:\s+there)?",
     ),
     (
         "vague",
@@ -203,7 +209,7 @@ _TIME_OF_TAKE = re.compile(
     rf"|(?P<side>after|before|until|till)\s+(?:the\s+first\s+)?(?P<limit>{_POINT})"
     rf"|(?:at|near|around|about)\s+(?:(?:about|around)\s+)?(?P<at>{_POINT})"
     rf"|(?:(?:about|around)\s+)?(?P<into>{_SECONDS})\s+in(?:to\b.*)?"
-    rf"|(?:from|between)\s+(?P<from>{_POINT})\s+(?:to|until|till|and)\s+(?P<to>{_POINT})"
+    rf"|(?:from|between|at|during)\s+(?P<from>{_POINT})\s*(?:to|until|till|and|-|–)\s*(?P<to>{_POINT})"
     rf"|(?P<middle>half|in\s+the\s+middle).*|{WHOLE}",
 )
 NEAR = 1.0  # Seconds before and after a moment of a take in which something is at it
@@ -224,6 +230,8 @@ def time_of_take(text: str, seconds: float) -> tuple[float, float] | None:
     ((2.0, 4.0), (2.0, 3.0))
     >>> time_of_take("around second 1", 9.0), time_of_take("halfway through the take", 9.0)
     ((0.0, 2.0), (3.0, 6.0))
+    >>> time_of_take("at 3-5 s", 9.0), time_of_take("at 500 ms", 9.0)
+    ((3.0, 5.0), (0.0, 1.5))
     >>> time_of_take("the whole time", 9.0)
     (0.0, 9.0)
     """
@@ -282,6 +290,7 @@ _SEPARATORS = ("or", "while", "after", "before", "then", "stop", "comma", "but",
 _AMOUNTS = ("number", "vague", "filler")  # Kinds between a verb and the steps of its way
 _MEASURED_IN_STEPS = VERBS - MODIFIERS - LIMBS - {"take", "climb", "ascend", "descend"}
 _UNUSED = {
+    "asked": "answers are places in captures; nothing is summed up",
     "vague": "it names neither a duration nor a count",
     "change": "how it changes is not compared",
     "soon": "how soon one action follows another is not compared",

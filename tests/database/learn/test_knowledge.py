@@ -239,6 +239,22 @@ def test_the_shipped_start_finds_kicks_among_captures_that_a_program_made(bare: 
     assert bare.info().start.name == "cmu"
 
 
+def test_events_in_words_of_the_start_are_looked_for_in_the_motion(started: MotionDB) -> None:
+    """Words that were learned from others' motion rank the captures; flights and kicks decide."""
+    for word, shown in (
+        ("kick", {"boris/kick_1", "fatou/kick_1"}),
+        ("jump", {"ana/jump_1"}),
+        ("sit down", set[str]()),
+    ):
+        matches = started.search(word, limit=8).matches
+        free = {match.capture for match in matches if not match.contradicted}
+        assert free == shown
+        assert {match.contradicted for match in matches[len(shown) :]} == {(f"does not {word}",)}
+    started.words.set("ana/walk_1", "jump on the spot")
+    own = next(m for m in started.search("jump", limit=8).matches if m.capture == "ana/walk_1")
+    assert not own.contradicted  # the word is one's own now
+
+
 def test_what_cannot_be_started_from_is_refused(
     bare: MotionDB, started: MotionDB, handed_on: Path, tmp_path: Path
 ) -> None:
