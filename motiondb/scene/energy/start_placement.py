@@ -11,7 +11,7 @@ w = 1 / c. The first sum alone is Procrustes' problem. If no rule determines the
 with a distance or line rule faces its target.
 
 Delays that fulfil the synchronisations best were computed here, too, by relaxation; searches that
-begin without any end as low (docs/measured/scenes.md).
+begin without any end about as low (docs/measured/scenes.md).
 
 Source: P. H. Schönemann, "A generalized solution of the orthogonal Procrustes problem",
 Psychometrika 31 (1966), here in the plane. The paper on motion grammars does not say where a string
