@@ -104,6 +104,8 @@ Xsens: left right
     l5 t12 neck head *upperleg *lowerleg *foot *toe *upperarm *forearm *hand
 Rokoko: left right
     spine1 spine3 neck head *thigh *shin *foot *toe *arm *forearm *hand
+Visual3D: l r
+    - torso neck head *thigh *shank *foot *toes *uarm *larm *hand
 OptiTrack: l r
     ab chest neck head *thigh *shin *foot *toe *uarm *farm *hand
 Daz Genesis 3 and 8: l r

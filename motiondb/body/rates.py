@@ -72,6 +72,7 @@ def find_rate(seconds: float, written: str = "") -> tuple[float, tuple[str, ...]
 
 
 _SECONDS: Mapping[str, float] = MappingProxyType({"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9})
+_EVEN = 0.01  # Share by which steps of few digits differ from their mean
 _LEAST: Mapping[str, float] = MappingProxyType({"ns": 1e6, "us": 1e3, "ms": 4.0})
 """Steps of times without a unit above which they are in this one: 1,000 to 1 frames a second."""
 
@@ -83,7 +84,12 @@ def rate_of_times(times: FloatArray, unit: str = "") -> float | None:
 
     >>> [rate_of_times(np.arange(9) * step) for step in (0.02, 20, 20_000, 2e7)], 1e9
     ([50.0, 50.0, 50.0, 50.0], 1000000000.0)
+    >>> rate_of_times(np.round(np.arange(99) / 60.0, 4))
+    60.0
     """
     step = float(np.median(np.diff(times))) if len(times) > 1 else 0.0
+    if len(times) > 2:  # rounded times are even over the whole
+        whole = float(times[-1] - times[0]) / (len(times) - 1)
+        step = whole if abs(whole - step) < _EVEN * step else step
     step *= _SECONDS[unit or next((u for u, least in _LEAST.items() if step >= least), "s")]
     return find_rate(step)[0] if 1e-4 < step < 1.0 else None

@@ -55,6 +55,7 @@ on noise."""
 _FOLDED = 0.5
 """Cosine of 60 degrees: an end site that turns away from its bone by more is not believed. A fist
 or a bowed head stays within it."""
+_NECK_SHARE = 0.14  # Place of a missing neck beyond the middle of the shoulders, from the hips
 _SPINE_SHARE, _HEAD_SHARE = 0.24, 0.4
 """Places of a missing spine joint (from pelvis to neck) and head (beyond the neck along the trunk):
 close to the canonical body."""
@@ -178,6 +179,27 @@ def solve_rotations(points: FloatArray) -> FloatArray:
 
     points = np.ascontiguousarray(points, dtype=np.float64)
     return solve(points, _TRUNK, _SWINGS, body.OFFSETS, _COLLAR_FROM_NECK)
+
+
+def neck_over(shoulders: Sequence[FloatArray], hips: Sequence[FloatArray]) -> FloatArray:
+    """Place a neck (frames, 3) over the middle of both shoulders, as the canonical body has it."""
+    middle, low = (shoulders[0] + shoulders[1]) / 2.0, (hips[0] + hips[1]) / 2.0
+    return middle + _NECK_SHARE * (middle - low)
+
+
+def solved_body(points: FloatArray) -> tuple[Skeleton, FloatArray]:
+    """Canonical skeleton with the bones of a body, and its rotations; points (frames, 21, 3).
+
+    A bone is where its end is, in the median over the frames, as the joint above sees it.
+    """
+    rotations = solve_rotations(points)
+    world = _compiled_forward(body.PARENTS, body.OFFSETS, rotations, points[:, 0])[1]
+    points, parents = points.copy(), body.PARENTS.clip(0)
+    for side, sign in (("l", 1.0), ("r", -1.0)):  # collars are where :func:`.kernels.solve` begins
+        start = rotation.rotate(world[:, _I["chest"]], _COLLAR_FROM_NECK * [sign, 1.0, 1.0])
+        points[:, _I[f"{side}_collar"]] = points[:, _I["neck"]] + start
+    ways = rotation.rotate(rotation.conjugate(world[:, parents]), points - points[:, parents])
+    return replace(body.standard_skeleton(), offsets=np.median(ways, axis=0)), rotations
 
 
 def ground_height(positions: FloatArray) -> float:

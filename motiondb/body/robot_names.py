@@ -22,16 +22,16 @@ _PARTS = MappingProxyType(
     {
         "hip": ("hip", "hpx", "hpy", "hpz", "thigh", "upleg", "upperleg", "femur"),
         "knee": ("knee", "kny", "shank", "shin", "calf", "tibia", "lowerleg"),
-        "ankle": ("ankle", "akx", "aky", "talus", "foot", "toe"),
+        "ankle": ("ankle", "ank", "akx", "aky", "talus", "foot", "toe"),
         "toe": ("toe", "toes", "toebase"),
-        "shoulder": ("shoulder", "shx", "shy", "shz", "upperarm", "humerus"),
-        "elbow": ("elbow", "elx", "ely", "elz", "forearm", "lowerarm", "ulna"),
+        "shoulder": ("shoulder", "sho", "shx", "shy", "shz", "upperarm", "humerus"),
+        "elbow": ("elbow", "el", "elx", "ely", "elz", "forearm", "lowerarm", "ulna"),
         "wrist": ("wrist", "wrx", "wry", "wrz", "hand", "palm"),
     }
 )  # Part -> words for it, the surest first
 _NUMBERED = MappingProxyType(
     {"leg": ("hip", "hip", "hip", "knee", "ankle", "ankle")}
-    | {"arm": ("shoulder", "shoulder", "shoulder", "elbow", "wrist", "wrist", "wrist")}
+    | dict.fromkeys(("arm", "zarm"), (*("shoulder",) * 3, "elbow", *("wrist",) * 3))
 )  # Limb -> the parts of its hinges, which have numbers
 _ABOUT_LIMB = frozenset({"yaw", "hpz", "twist", "rz"})
 _NOT = frozenset(
@@ -82,6 +82,8 @@ def part_of(name: str) -> tuple[str, str, int]:
 
     >>> part_of("left_hip_pitch_joint"), part_of("leg_right_4_link"), part_of("imu_link")
     (('l', 'hip', 0), ('r', 'knee', 0), ('', '', 0))
+    >>> part_of("zarm_l4_link"), part_of("l_sho_pitch"), part_of("r_el"), part_of("r_ank_roll")
+    (('l', 'elbow', 0), ('l', 'shoulder', 1), ('r', 'elbow', 1), ('r', 'ankle', 1))
     """
     said = words(name)
     left, right = {"l", "left"} & {*said}, {"r", "right"} & {*said}

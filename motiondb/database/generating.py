@@ -29,6 +29,7 @@ from motiondb.language.translation import decoding
 from motiondb.language.vocabulary import as_said, say_not_understood
 from motiondb.learn.learned import Learned
 from motiondb.records import MOTION_FPS, Motion
+from motiondb.search.asking import with_found
 from motiondb.search.chances import WordSource, word_sources
 from motiondb.search.takings import (
     Sentence,
@@ -38,7 +39,6 @@ from motiondb.search.takings import (
     not_understood,
     sentence_of,
     unknown_words,
-    with_found,
     with_likeliest,
     write_otherwise,
 )
@@ -246,7 +246,7 @@ def generate(
         takes = takes_of(session)
         check_any(session.learned)
         sentence, same = sentence_of(session.learned, words), dict[str, Taking]()
-        sentence = with_found(sentence, None if exact else nearby_table(), ())
+        sentence = with_found(sentence, nearby_table(), ())
         if exact:
             learned = session.learned
             takings = unknown_words(sentence, nearby_table(), is_replaced=False)

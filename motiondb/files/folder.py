@@ -33,6 +33,7 @@ FORMATS = MappingProxyType(
         ".npy": "positions",
         ".csv": "robot",
         ".tsv": "markers",
+        ".mvnx": "markers",
         ".pkl": "robot",
         ".mot": "opensim",
         ".sto": "opensim",
@@ -76,7 +77,6 @@ OTHER_FORMATS = MappingProxyType(
         ".tak": "OptiTrack take",
         ".qtm": "Qualisys capture",
         ".mvn": "Xsens capture",
-        ".mvnx": "Xsens XML",
         ".bip": "3ds Max Biped",
         ".csm": "Character Studio markers",
         ".pkl": "Python pickle without a motion that is known",
@@ -92,13 +92,28 @@ OTHER_FORMATS = MappingProxyType(
         ".vrma": "VRM animation",
         ".anim": "Unity or Maya animation",
         ".abc": "Alembic",
+        ".skeleton": "NTU skeletons",
+        ".zoo": "biomechzoo",
+        ".h5": "HDF5",
+        ".hdf5": "HDF5",
+        ".mat": "MATLAB",
+        ".pt": "PyTorch",
+        ".pth": "PyTorch",
+        ".parquet": "table of numbers, as of LeRobot",
+        ".xlsx": "workbook",
+        ".zip": "packed folder",
     }
 )  # Ending of a format that motiondb does not read -> its name
+_MENDS = MappingProxyType(
+    {".zip": "unpack it", ".xlsx": "save its sheet of places as CSV"}
+    | dict.fromkeys((".h5", ".hdf5", ".mat", ".pt", ".pth", ".parquet"), "save its arrays as npz")
+)  # Ending -> what to do, other than to export as BVH
 GENERIC_SKELETONS = frozenset(
     {"skeleton", "skel", "body", "actor", "performer", "subject", "character", "rig", "model"}
     | {"base", "default", "template", "mocap", "human"}
 )
 """Names of an ASF that say nothing about whose it is."""
+_INCLUDED = re.compile(rb"<include\s[^>]*?file\s*=\s*[\"']([^\"'<>]*)[\"']")
 _CONTROL = re.compile(r"[\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]")
 """Characters that end lines, command terminals or turn the direction of writing around: a list of
 captures that holds them would show what is not there."""
@@ -171,7 +186,9 @@ def not_read(folder: Path | str) -> tuple[str, ...]:
             others.setdefault(path.suffix.lower(), []).append(path)
     for ending, paths in others.items():
         more = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
-        mend = "" if FORMATS.get(ending) == "opensim" else "; export as BVH"
+        mend = (
+            "" if FORMATS.get(ending) == "opensim" else f"; {_MENDS.get(ending, 'export as BVH')}"
+        )
         what = OTHER_FORMATS[ending]
         sentences.append(f"{printable(paths[0])}{more}: {ending} ({what}) is not read{mend}")
     return tuple(sentences)
@@ -274,6 +291,9 @@ def _model_beside(path: Path) -> Path | None:
     beside = [found for folder in folders for found in _skeletons(folder)]
     endings = WITH_SKELETON[path.suffix.lower()]
     models = [p for p in beside if p.suffix.lower() in endings and p.suffix.lower() != ".txt"]
+    included = {model: set(_INCLUDED.findall(_start(model))) for model in models}
+    names = {model.name.encode() for model in models}
+    models = [model for model in models if not included[model] & names]  # no scene around another
     named = [model for model in models if _begins_with(path.stem, model.stem)]
     if named or len({model.stem for model in models}) == 1:
         return max(named or models, key=lambda p: (len(p.stem), p.suffix.lower() != ".urdf"))

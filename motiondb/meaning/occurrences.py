@@ -112,12 +112,12 @@ LIFTED, ON_ONE, BESIDE = 0.08, 0.6, 6
 before and after a flight, in which this holds of a hop."""
 STOPPED, STEP = 0.3, 15  # m/s; frames (0.5 s) over which speeds are averaged
 _RISES = frozenset(("stand", "get", "rise"))
-_CLEAR = "kick squat crouch bend bow sit seat rise turn spin stop cartwheel flip backflip handstand"
+_CLEAR = "kick squat crouch sit seat rise turn spin stop cartwheel flip backflip handstand"
 CLEAR = frozenset((*_CLEAR.split(), "somersault", *FLIGHTS))
 """Events that tell an action where no caption says it. Hands that go out fast need not punch, and a
-trunk that is level need not roll."""
-SURE = CLEAR - {"hop", "turn", "spin", "stop", "bend", "bow"}
-"""Events that a take without them surely lacks: low bows and slow turns are not all seen."""
+trunk that leans or is level need not bow or roll."""
+SURE = CLEAR - {"hop", "turn", "spin", "stop"}
+"""Events that a take without them surely lacks: slow turns are not all seen."""
 _NAMES = {"rise": _RISES, "turn": TURNS, "spin": SPINS, "run": RUNS}
 _NAMES |= {"seat": frozenset(("sit",)), "handstand": frozenset(("hand", "stand", "handstand"))}
 FASTEST_WALK, SLOWEST_WALK, SHORTEST_WAY = 2.0, 0.4, 15

@@ -33,6 +33,7 @@ BONE, RIGID = (0.06, 3.0), (0.03, 10.0)  # Metres, and times as far as a bone is
 AT_ONCE = 0.6  # Of what a rigid bone is off, that comes or goes in 0.05 s: a neck curls slowly
 KNEE = 0.1  # Of a leg by which a knee is bent: markers let straight ones look bent by 0.065
 BACK = 0.14
+END, END_TIMES, _ENDS = 0.10, 6.0, 4  # Metres, times of what is beside, frames
 SPIKE, SPIKE_FPS = 0.05, 25.0  # at fewer frames a second an arm is off in one by itself
 SWAP, SWAP_SHARE = 0.20, 0.4
 FROZEN, FROZEN_SECONDS = 2e-6, 0.1
@@ -40,9 +41,10 @@ HELD_SECONDS, HELD_WAY = 0.2, 0.03
 _HELD = ("l_wrist", "r_wrist", "l_elbow", "r_elbow", "l_knee", "r_knee", "head")
 NOISE, JOINT_NOISE = 0.0045, 0.010
 POSE_SECONDS = 0.15
-SINKS = ((0.06, 0.15), (0.04, 0.5))  # Metres, and for how many seconds
-SLIDES, TREADMILL = 0.13, 0.25
-SLIDE_SECONDS, SLIDE_ALIKE = 1.2, 0.3
+SINKS = ((0.055, 0.15), (0.045, 0.25), (0.04, 0.5))
+SLIDES, TREADMILL, BELT = 0.13, 0.25, 0.6
+SLIDE_SECONDS, SLIDE_ALIKE, SWINGS = 1.2, 0.3, 1.0  # m/s of a foot that swings low
+SLIDE_MANY = (1.8, 0.8, 0.5)  # Seconds of many stances, share of them that drifts alike, how near
 FLOATS = 0.055
 RISES = 0.06
 _WHOLE = 9  # Joints that jump at once in a seam of all the body
@@ -93,7 +95,9 @@ def _jumps(m: Measured) -> list[Finding]:
     seam = steps | (turns > TURN)
     whole = e.copy()
     e[_near(seam)] = 0.0
-    bad = (e > joint) | _there_and_back(m)
+    edge = np.where(lost[:, None], 0.0, _at_ends(m))
+    bad = (e > joint) | _there_and_back(m) | (edge > 0.0)
+    e = np.maximum(e, edge)
     spike = np.where((m.spikes > SPIKE) & (m.fps >= SPIKE_FPS), m.spikes, 0.0)
     bad |= spike > 0.0
     e = np.maximum(e, spike)
@@ -125,6 +129,7 @@ def _jumps(m: Measured) -> list[Finding]:
             words = f"the {_joint(name)} jumps by {100 * size:.0f} cm"
             place = m.points[a, number]
             least = min(joint, SPIKE) if spike[a:b, number].any() else joint
+            least = min(least, END) if edge[a:b, number].any() else least
             least = min(least, RIGID[0] * m.k) if size < least else least
             out.append(said("jumps", words, _span(m, a, b), (size, "m", least), name, place))
     return out
@@ -160,6 +165,21 @@ def _there_and_back(m: Measured) -> BoolArray:
         back = (size > BACK) & (dots < -0.8 * e[:-gap] * e[gap:])
         back &= size > 0.7 * np.maximum(e[:-gap], e[gap:])
         out[:-gap] |= back
+    return out
+
+
+def _at_ends(m: Measured) -> FloatArray:
+    """Steps in the first or last frames as nothing does beside them (frames, joints), m; else 0."""
+    out = np.zeros(m.steps.shape)
+    fourth = np.linalg.norm(np.diff(m.points, 4, axis=0), axis=-1)  # of a step, up to thrice it
+    for changes, flags, steps in (
+        (fourth, out, m.steps[1:]),
+        (fourth[::-1], out[::-1], m.steps[:0:-1]),
+    ):
+        if len(changes) >= 3 * _ENDS:
+            first, beside = changes[:_ENDS].max(axis=0), changes[_ENDS : 3 * _ENDS].max(axis=0)
+            size = steps[:_ENDS].max(axis=0)
+            flags[0] = np.where((first > END_TIMES * beside) & (size > END), size, 0.0)
     return out
 
 
@@ -409,9 +429,13 @@ def _slides(m: Measured) -> list[Finding]:
     travel = m.points[-1, 0] - m.points[0, 0]
     pace = float(np.hypot(travel[0], travel[2])) / (m.n / m.fps)
     span = (0.0, m.n / m.fps)
-    if speed > TREADMILL and agree > 0.5 and pace < 0.5 * speed:
-        words = f"walks on a treadmill at {speed:.1f} m/s"
-        measured = (speed, "m/s", TREADMILL)
+    belt = np.linalg.norm(v, axis=1)  # it may turn with the body
+    usual = float(np.median(belt))
+    stays = np.hypot(*np.ptp(m.points[:, 0], axis=0)[[0, 2]]) < BELT * m.k
+    straight = speed > TREADMILL and agree > 0.5 and pace < 0.5 * speed
+    if straight or (stays and len(v) > 3 and (belt > TREADMILL).mean() > 0.8):
+        words = f"walks on a treadmill at {usual:.1f} m/s"
+        measured = (usual, "m/s", TREADMILL)
         return [
             said("treadmill", words, span, measured, "feet", m.points[:, 0].mean(axis=0), NEEDS)
         ]
@@ -422,19 +446,27 @@ def _slides(m: Measured) -> list[Finding]:
 
 
 def _slides_for_a_while(m: Measured) -> list[Finding]:
-    """Times in which three stances that follow one another drift alike."""
+    """Times in which three stances that follow one another drift alike, or most of five or more."""
     at, v = stances(m, 0.4)
     order = np.argsort(at, kind="stable")
+    order = order[np.linalg.norm(v[order], axis=1) < SWINGS]
     at, v = at[order], v[order]
     spans, speeds = [], []
     for first in range(len(at) - 2):
-        three, end = v[first : first + 3], first + 3
-        drift = three.mean(axis=0)
-        speed = float(np.linalg.norm(drift))
-        alike = np.linalg.norm(three - drift, axis=1) < SLIDE_ALIKE * speed
-        if speed > SLIDES and alike.all() and at[end - 1] - at[first] <= SLIDE_SECONDS:
-            spans.append((round(at[first] * m.fps), round(at[end - 1] * m.fps)))
-            speeds.append(speed)
+        many = int(np.searchsorted(at, at[first] + SLIDE_MANY[0]))
+        three = first + 3 if at[first + 2] - at[first] <= SLIDE_SECONDS else first
+        for end, middle, least, (share, near) in (
+            (three, np.mean, 3, (1.0, SLIDE_ALIKE)),
+            (many, np.median, 5, SLIDE_MANY[1:]),
+        ):
+            if end - first < least:
+                continue
+            drift = middle(v[first:end], axis=0)
+            speed = float(np.linalg.norm(drift))
+            alike = np.linalg.norm(v[first:end] - drift, axis=1) < near * speed
+            if speed > SLIDES and alike.mean() >= share:
+                spans.append((round(at[first] * m.fps), round(at[end - 1] * m.fps)))
+                speeds.append(speed)
     out = []
     for a, b in joined(spans, 0.2 * m.fps):
         speed = max(s for s, (c, d) in zip(speeds, spans) if c < b and d > a)

@@ -154,7 +154,13 @@ class Measured:
             return usual
         first = int(enough[0]) if len(enough) else int(n.argmax())
         densest = first + int(n[first : first + int(n[first])].argmax())
-        return float(np.median(rest[densest : densest + int(n[densest])]))
+        lowest = float(np.median(rest[densest : densest + int(n[densest])]))
+        zero = rest[np.abs(rest) < _LEVEL * self.k]
+        few = max(least, _REST_SHARE * n.max()) if lowest < 0.0 else _STILL_SECONDS * self.fps
+        off = -_SUNK[1] < lowest / self.k < -_SUNK[0] or lowest > _SUNK[0] * self.k
+        if off and len(zero) >= few:
+            return float(np.median(zero))  # no floor of a room has a pit
+        return lowest
 
     @cached_property
     def sunk(self) -> BoolArray:

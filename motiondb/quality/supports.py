@@ -31,6 +31,8 @@ _REST = 0.25  # Seconds for which a part has to rest
 _STAYS = 0.07  # Metres within which it stays where it rested
 _FOOT_RESTS, _STEP_SECONDS = 0.15, 0.2
 _HOLDS = 0.4
+_CLIMBS = 0.12  # Metres that a body rises past a hand that holds
+_STANDS = 0.12  # Metres a second of a foot that bears the body; one that swings is slow for less
 _RUNS = 0.8
 _UPRIGHT = 0.6
 _SIT_ANGLE = 45.0
@@ -123,8 +125,9 @@ def outside(m: Measured) -> FloatArray:
 def _of_span(m: Measured, start: int, end: int, aloft: bool) -> list[Finding]:
     """One finding a body part that something holds between two frames."""
     seat = _seat(m, start, end, aloft)
-    feet = _feet(m, start, end, seat) if aloft else []
     hands = _hands(m, start, end, seat) if aloft else []
+    bearing = [*([seat] if seat else []), *(h for h in hands if _hangs(m, h))]
+    feet = _feet(m, start, end, bearing) if aloft else []
     if aloft and not (feet or seat or hands):
         feet = _trodden(m, start, end)
     out = [_on_feet(m, feet, hands)] if feet else []
@@ -133,12 +136,17 @@ def _of_span(m: Measured, start: int, end: int, aloft: bool) -> list[Finding]:
     return out or [_held(m, start, end, aloft)]
 
 
-def _feet(m: Measured, start: int, end: int, seat: _Held | None) -> list[_Held]:
-    """Where a foot rests over the floor while nobody sits, lowest first."""
+def _hangs(m: Measured, hand: _Held) -> bool:
+    """Whether a hand holds the body while feet swing below."""
+    return hand.swings and hand.over > 0.10 * m.k
+
+
+def _feet(m: Measured, start: int, end: int, bearing: list[_Held]) -> list[_Held]:
+    """Where a foot rests over the floor while no other part bears the body, lowest first."""
     out: list[_Held] = []
     bears = np.ones(end - start, dtype=np.bool_)
-    if seat is not None:
-        bears[max(0, seat.start - start) : max(0, seat.end - start)] = False
+    for other in bearing:
+        bears[max(0, other.start - start) : max(0, other.end - start)] = False
     for s in "lr":
         h = m.h[start:end, [P[f"{s}_toe"], P[f"{s}_ankle"]]].min(axis=1)
         still = m.rests[start:end, P[f"{s}_toe"]] & (h > _OFF * m.k) & bears
@@ -204,10 +212,19 @@ def _hands(m: Measured, start: int, end: int, seat: _Held | None) -> list[_Held]
             over = float(np.median(m.x[a:b, hand, 1] - m.at("neck")[a:b, 1]))
             sits = seat is not None and a < seat.end and b > seat.start
             moves = b - a > _HOLDS * m.fps and np.ptp(m.com[a:b], axis=0).max() > 0.12 * m.k
-            swings = not sits and m.rests[a:b, FEET].any(axis=1).mean() < 0.5
+            swings = not sits and (m.rests[a:b, FEET].any(axis=1).mean() < 0.5 or _sways(m, a, b))
             if (moves and not sits) or (over > 0.10 * m.k and (swings or sits)):
                 out.append(_Held(a, b, place, float(place[1] - m.floor), over, swings))
     return out
+
+
+def _sways(m: Measured, start: int, end: int) -> bool:
+    """Whether no foot stands for a moment, and the body does not climb past a hand that holds."""
+    stands = np.asarray((m.speed[start:end, FEET] < _STANDS * m.k).any(axis=1))
+    level = np.ptp(m.com[start:end, 1]) < _CLIMBS * m.k
+    return bool(
+        level and end - start > 2 * _HOLDS * m.fps and not long_runs(stands, _HOLDS * m.fps)
+    )
 
 
 def _heights(m: Measured, feet: list[_Held]) -> list[list[_Held]]:
@@ -282,7 +299,7 @@ def _sits(m: Measured, seat: _Held) -> Finding:
 def _by_hands(m: Measured, hands: list[_Held]) -> Finding:
     """The finding that hands hold on to something."""
     start, end = min(h.start for h in hands), max(h.end for h in hands)
-    hanging = [h for h in hands if h.over > 0.10 * m.k and h.swings]
+    hanging = [h for h in hands if _hangs(m, h)]
     shown = hanging or hands
     best = max(shown, key=lambda h: h.frames)
     if hanging:

@@ -82,12 +82,12 @@ from motiondb.search.said_together import LEAVING, STANDING, searched_together
 from motiondb.search.takings import (
     Sentence,
     Taking,
+    find_takings,
     hints_of,
     near_sentence,
     not_understood,
     sentence_of,
     unknown_words,
-    with_found,
     with_likeliest,
     write_otherwise,
 )
@@ -211,7 +211,7 @@ def ask(
         if not exact:
             sentence, same = write_otherwise(sentence, find_written)
         asked = written_words_of(sentence, find_written, None if exact else table)
-        sentence = with_found(sentence, None if exact else table, asked.added)
+        sentence = with_found(sentence, table, asked.added)
         takings = unknown_words(sentence, table, asked.added, not exact, by_meaning=not exact)
         takings = without_measured_words(sentence, takings)
         asked = with_replaced(asked, takings)
@@ -221,6 +221,21 @@ def ask(
     if missing and MODIFIERS.issuperset(question.words):  # "hand" is no answer to "clap the hands"
         raise UnknownWordsError(nothing_known(text, hints_of(takings)))
     return replace(question, text=text, same=same, missing=missing)
+
+
+def with_found(sentence: Sentence, table: NearbyTable, added: Collection[str]) -> Sentence:
+    """A question that knows which of its words are found as written, or as another name of theirs.
+
+    Who pivots turns, which captions say; a known word for another event replaces none that is seen.
+    """
+    found = {
+        word
+        for word, taking in find_takings(sentence, table, added).items()
+        if taking.is_taken
+        and event_of((word,))
+        and event_of((taking.words[0][0],)) == event_of((word,))
+    }
+    return replace(sentence, found=frozenset((*added, *found)))
 
 
 def plain_order(sentence: Sentence, takings: Mapping[str, Taking]) -> AskedQuestion:

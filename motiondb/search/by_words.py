@@ -118,6 +118,9 @@ class WordAnswer(Tabled):
         Words that are neither searched nor measured; the answers carry no probabilities.
     partial : bool
         Whether each of the first answers is more likely wrong than right.
+    looked_at : int
+        How many captures' motion was looked at, if not that of all: what no caption says is looked
+        for in a thousand captures.
     """
 
     matches: tuple[Match, ...]
@@ -141,6 +144,7 @@ class WordAnswer(Tabled):
     apart: tuple[str, ...] = ()
     left: tuple[str, ...] = ()
     partial: bool = False
+    looked_at: int = 0
     # For each match, finds its reasons, and the captions that its motion suggests
     explains: tuple[Callable[[], tuple[reasons.WordReason, ...]], ...] = field(
         default=(), repr=False
@@ -214,6 +218,7 @@ class WordAnswer(Tabled):
             f"neither said with its action nor measured: {', '.join(left)}": left,
             "probably no capture shows all of it; these show parts of it": self.partial
             and not self.nothing,
+            f"looked at the motion of {self.looked_at:,} captures, not of all": self.looked_at,
         }
         return tuple(sentence for sentence, is_so in told.items() if is_so)
 
@@ -292,6 +297,7 @@ def search_words(
         numbers = {hit.reading for hit in hits}
         alone = [replace(hit, reading=number) for hit in alone for number in numbers]
         strength = best_strength(asked, [*hits, *alone], threshold)
+    is_wordless = any(map(question.is_wordless, apart))
     is_open = bool(question.missing) or question.names_no_action
     is_open = is_open or any(_shows_event(question, frames, one, place(one)) for one in shown)
     return replace(
@@ -305,6 +311,7 @@ def search_words(
         threshold=None if question.missing else threshold,
         doubtful=not is_open and judge.is_doubtful(first, known, replaced),
         partial=not is_open and judge.is_unlikely(first, known, replaced),
+        looked_at=SEEN_ALONE if is_wordless and len(allowed) > SEEN_ALONE else 0,
         suggests=tuple(partial(learned.captions_like, answer.capture) for answer in shown),
         vocabulary=asked.names,
         sources=word_sources(learned, question.words) + _sources_of_taken(question),

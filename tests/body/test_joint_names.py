@@ -22,6 +22,8 @@ from motiondb.errors import SkeletonError
 from motiondb.records import Skeleton
 
 SPELLINGS = {
+    "Visual3D": """pelvis torso neck head l_thigh l_shank l_foot l_toes r_thigh r_shank r_foot
+        r_toes l_uarm l_larm l_hand r_uarm r_larm r_hand""",
     "CMU ASF": """root lhipjoint lfemur ltibia lfoot ltoes rhipjoint rfemur rtibia rfoot rtoes
         lowerback upperback thorax lowerneck upperneck head lclavicle lhumerus lradius lwrist lhand
         rclavicle rhumerus rradius rwrist rhand""",

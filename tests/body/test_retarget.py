@@ -54,6 +54,18 @@ def test_swings_come_back_as_positions(make_motion: MotionMaker, seed: int) -> N
     np.testing.assert_allclose(again, positions, atol=1e-5)
 
 
+def test_a_solved_body_has_its_limbs_where_the_points_are(make_motion: MotionMaker) -> None:
+    """Also one whose neck is not as far over its shoulders as the canonical body's."""
+    points = make_motion(3, 40).joint_positions()
+    trunk = [body.INDEX[name] for name in ("neck", "head")]
+    points[:, trunk] -= 0.05 * (points[:, trunk[:1]] - points[:, :1])
+    skeleton, turns = retarget.solved_body(points)
+    places, _ = kinematics.forward(skeleton.parents, skeleton.offsets, turns, points[:, 0])
+    limbs = [n for n, name in enumerate(body.JOINTS) if name[0] in "lr" and name[2:] != "collar"]
+    apart = np.linalg.norm(places[:, limbs] - points[:, limbs], axis=-1)
+    assert apart.mean() < 0.01
+
+
 def test_a_t_pose_has_no_rotation() -> None:
     solved = retarget.solve_rotations(posed(pelvis=np.zeros((2, 3))))
     np.testing.assert_allclose(solved, np.tile(rotation.IDENTITY, (2, 21, 1)), atol=1e-9)

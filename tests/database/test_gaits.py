@@ -11,8 +11,7 @@ import pytest
 
 import motiondb
 from motiondb.body import body
-from motiondb.body.retarget import solve_rotations
-from motiondb.files.readers.markers import skeleton_of
+from motiondb.body.retarget import solved_body
 
 
 def walk(fps: float = 100.0, seconds: float = 5.0, speed: float = 1.2) -> motiondb.Clip:
@@ -36,9 +35,8 @@ def walk(fps: float = 100.0, seconds: float = 5.0, speed: float = 1.2) -> motion
         points[:, ankle, 1] = 0.08 + 0.08 * np.sin(np.pi * swing)
         points[:, toe] = points[:, ankle] + [0.0, -0.06, 0.14]
         points[:, knee] = (points[:, hip] + points[:, ankle]) / 2.0 + [0.0, 0.0, 0.05]
-    return motiondb.Clip(
-        skeleton_of(points), fps, solve_rotations(points), points[:, 0], unit=0.01, up="y"
-    )
+    skeleton, rotations = solved_body(points)
+    return motiondb.Clip(skeleton, fps, rotations, points[:, 0], unit=0.01, up="y")
 
 
 @pytest.fixture

@@ -154,12 +154,13 @@ def test_files_are_read_here_where_no_process_can_start(
 def test_what_is_not_read_is_named(tmp_path: Path, folder: Path) -> None:
     (tmp_path / "elsewhere").mkdir()
     (folder / "link").symlink_to(tmp_path / "elsewhere")
-    for name in ("a.mvnx", "b.MVNX", "c.trb", ".hidden.mvnx"):
+    for name in ("a.mcp", "b.MCP", "c.trb", "d.zip", ".hidden.mcp"):
         (folder / name).touch()
     assert add(folder, tmp_path).notes == (
         f"{folder}/link: a link to a folder is not followed; add that folder by itself",
-        f"{folder}/a.mvnx and 1 more: .mvnx (Xsens XML) is not read; export as BVH",
+        f"{folder}/a.mcp and 1 more: .mcp (Vicon Shogun capture) is not read; export as BVH",
         f"{folder}/c.trb: .trb (marker tracks of Motion Analysis) is not read; export as BVH",
+        f"{folder}/d.zip: .zip (packed folder) is not read; unpack it",
     )
     (folder / "good.bvh").unlink()
     with pytest.raises(MotionDBError) as caught:
@@ -169,7 +170,9 @@ def test_what_is_not_read_is_named(tmp_path: Path, folder: Path) -> None:
     (folder / "sheet.csv").write_text("a;b\n1;2\n")
     with pytest.raises(MotionDBError, match=r"sheet\.csv: no motion by which a capture is known"):
         add(folder, tmp_path)
-    assert "a.mvnx and 1 more: .mvnx (Xsens XML) is not read; export as BVH." in str(caught.value)
+    assert "a.mcp and 1 more: .mcp (Vicon Shogun capture) is not read; export as BVH." in str(
+        caught.value
+    )
 
 
 def test_the_skeleton_of_another_performer_is_not_taken(tmp_path: Path, folder: Path) -> None:

@@ -68,6 +68,7 @@ def test_formats() -> None:
         "positions",
         "robot",
         "markers",
+        "markers",
         "robot",
         "opensim",
         "opensim",
@@ -76,7 +77,7 @@ def test_formats() -> None:
         capture_format("walk.htr")
     assert str(caught.value) == (
         "walk.htr: expected a capture (.bvh, .amc, .txt, .json, .npz, .c3d, .fbx, .trc, .nc, "
-        ".npy, .csv, .tsv, .pkl, .mot, .sto), found ending '.htr' (Motion Analysis HTR). "
+        ".npy, .csv, .tsv, .mvnx, .pkl, .mot, .sto), found ending '.htr' (Motion Analysis HTR). "
         "Rename or convert it."
     )
 

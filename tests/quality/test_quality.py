@@ -10,6 +10,7 @@ from motiondb.quality.assess import assess, performer_rate, speed_of, to_mjcf, t
 from motiondb.quality.measured import joined, measure, smoothed
 from motiondb.quality.supports import outside
 from motiondb.records import Box, Finding, FloatArray, Quality
+from tests.body.walker import SPEED, walker
 
 I = body.INDEX  # noqa: E741
 FPS = 60.0
@@ -98,14 +99,15 @@ def test_a_seat_is_told_with_height_time_and_place(height: float) -> None:
     )
 
 
-def test_one_who_hangs_is_told_at_the_height_of_the_hands() -> None:
+@pytest.mark.parametrize(("swings", "hertz"), [(0.3, 1.0), (0.1, 0.7)])
+def test_one_who_hangs_is_told_at_the_height_of_the_hands(swings: float, hertz: float) -> None:
     p = standing(8.0)
     q = p + np.array([0.0, 0.5, 0.0])
     for s in "lr":
         shoulder = q[:, I[f"{s}_shoulder"]]
         q[:, I[f"{s}_elbow"]] = shoulder + np.array([0.0, 0.28, 0.0])
         q[:, I[f"{s}_wrist"]] = shoulder + np.array([0.0, 0.53, 0.0])
-    swing = 0.3 * np.sin(2.0 * np.pi * np.arange(len(q)) / FPS)
+    swing = swings * np.sin(2.0 * np.pi * hertz * np.arange(len(q)) / FPS)
     q[..., 2] += swing[:, None] * np.clip((2.2 - q[..., 1]) / 2.0, 0.0, 1.0)
     found = only(assess(blended(p, q, 2.0, 6.0), FPS), "hangs")
     hand = np.median(q[:, I["l_wrist"], 1]) + 0.35 * 0.25
@@ -200,6 +202,47 @@ def test_who_goes_down_where_he_stands_sinks_and_was_on_no_step(moved: str, floo
     assert not kinds(assess(p, FPS)) & {"stands on", "steps", "floats", "held"}
     assert (found.start, found.end) == pytest.approx((2.1, 3.9), abs=0.1)
     assert found.measure == pytest.approx(0.08, abs=0.01)
+
+
+def test_a_body_that_sinks_for_most_of_a_take_did_not_stand_on_something_before() -> None:
+    """Height 0 of the file is a floor where feet rest on it, as no room has a pit."""
+    p = standing(6.0)
+    t = np.arange(len(p)) / FPS
+    depth = 0.12 * np.clip((t - 0.6) / 1.2, 0.0, 1.0) * np.clip((5.4 - t) / 1.2, 0.0, 1.0)
+    p[..., 1] -= depth[:, None]
+    quality = assess(p, FPS)
+    assert kinds(quality) <= {"sinks", "floor tilts"}
+    found = only(quality, "sinks")
+    assert found.measure == pytest.approx(0.12, abs=0.01)
+    assert (found.start, found.end) == pytest.approx((1.2, 4.8), abs=0.3)
+
+
+@pytest.mark.parametrize("fps", [30.0, 60.0])
+@pytest.mark.parametrize("frames", [1, 2])
+def test_a_joint_that_is_elsewhere_in_the_first_or_last_frames_jumps(
+    fps: float, frames: int
+) -> None:
+    for at in (slice(0, frames), slice(-frames, None)):
+        p = standing(3.0, fps)
+        forearm = p[at, I["l_wrist"]] - p[at, I["l_elbow"]]
+        aside = np.cross(forearm, [0.0, 0.0, 1.0])
+        p[at, I["l_wrist"]] += 0.14 * aside / np.linalg.norm(aside, axis=1, keepdims=True)
+        found = only(assess(p, fps), "jumps")
+        assert found.part == "l_wrist"
+        assert found.measure == pytest.approx(0.14, abs=0.02)
+        assert found.start < 0.1 or found.end > 2.9
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.5])
+def test_a_walk_in_place_is_one_on_a_treadmill_also_where_it_turns(turn: float) -> None:
+    """As programs write motion without the way of its root."""
+    p = walker(FPS, 6.0)
+    p[..., [0, 2]] -= p[:, :1, [0, 2]]
+    angle = turn * np.arange(len(p)) / FPS
+    c, s = np.cos(angle)[:, None], np.sin(angle)[:, None]
+    p[..., 0], p[..., 2] = c * p[..., 0] + s * p[..., 2], c * p[..., 2] - s * p[..., 0]
+    found = only(assess(p, FPS), "treadmill")
+    assert found.measure == pytest.approx(SPEED, rel=0.1)
 
 
 def test_who_steps_down_aside_stood_on_something() -> None:
@@ -349,6 +392,18 @@ def test_a_slide_for_two_seconds_is_told_with_its_time() -> None:
     assert found.measure == pytest.approx(0.2, abs=0.01)
     assert abs(found.start - 3.0) < 0.5
     assert abs(found.end - 5.0) < 0.5
+
+
+@pytest.mark.parametrize("aside", [0.0, 0.09])
+def test_a_slide_is_told_though_feet_swing_low_and_drift_aside(aside: float) -> None:
+    p = walker(FPS, 8.0)
+    t = np.arange(len(p)) / FPS
+    slid = (t > 3.0) & (t < 5.5)
+    p[..., 0] += np.cumsum(0.2 * slid)[:, None] / FPS
+    p[..., 2] += np.cumsum(aside * slid * np.sign(np.sin(2.0 * np.pi * t / 0.55)))[:, None] / FPS
+    found = only(assess(p, FPS), "slides")
+    assert found.start == pytest.approx(3.0, abs=0.4)
+    assert found.end == pytest.approx(5.5, abs=0.5)
 
 
 def test_faults_are_told_by_their_names() -> None:

@@ -170,26 +170,36 @@ def test_a_posture_that_no_caption_says_is_measured_alone(db: motiondb.MotionDB)
 
 
 def test_an_event_that_no_caption_says_is_seen_in_the_motion(db: motiondb.MotionDB) -> None:
-    """Replaced words come first: without them, a squat is looked for in the motion alone."""
+    """Before the known words that replace others: "sit" for "squat"."""
     assert not {"squat", "crouch"} & {*db.learned.known_words}
-    answer = db.search("a deep squat", limit=200, exact=True)
+    answer = db.search("a deep squat", limit=200)
     assert answer.measured == ("squat", "deep")
     free = [match for match in answer.matches if not match.contradicted]
     shown = {i.name for i in db.captures() if find_occurrences(track_of(db, i.name), "squat")}
     assert shown == {match.capture for match in free} != set()
     assert amounts(answer) == sorted(amounts(answer), reverse=True)
     assert {match.probability for match in answer.matches} == {None}
-    twice = db.search("squat twice", limit=200, exact=True)
+    twice = db.search("squat twice", limit=200)
     for match in twice.matches:
         if not match.contradicted:
             assert len(find_occurrences(track_of(db, match.capture), "squat")) >= 2
-    ordered = db.search("walk, then squat", limit=5, exact=True).matches[0]
+    ordered = db.search("walk, then squat", limit=5).matches[0]
     assert ordered.capture in shown
     assert ordered.parts[0].end <= ordered.parts[1].start
-    without = db.search("walk, but do not squat", limit=100, exact=True)
+    without = db.search("walk, but do not squat", limit=100)
     assert without.not_used == ()
     assert {match.probability for match in without.matches} == {None}
-    assert not db.search("squat", limit=1).measured  # "sit" replaces it
+
+
+def test_how_many_captures_were_looked_at_is_told(
+    db: motiondb.MotionDB, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert db.search("squat").looked_at == 0
+    monkeypatch.setattr(by_words, "SEEN_ALONE", 40)
+    answer = db.search("squat")
+    assert answer.looked_at == 40
+    assert "looked at the motion of 40 captures, not of all" in answer.remarks
+    assert db.search("walk").looked_at == 0
 
 
 def test_kicks_go_where_they_are_asked_to_go(db: motiondb.MotionDB) -> None:
@@ -204,10 +214,10 @@ def test_kicks_go_where_they_are_asked_to_go(db: motiondb.MotionDB) -> None:
 
 
 def test_what_an_event_alone_does_not_say_is_told(db: motiondb.MotionDB) -> None:
-    answer = db.search("squat over a puddle", limit=3, exact=True)
+    answer = db.search("squat over a puddle", limit=3)
     assert [part.text for part in answer.not_used] == ["puddle"]
     assert answer.left == ("over",)
-    answer = db.search("a slow squat while walking", limit=3, exact=True)
+    answer = db.search("a slow squat while walking", limit=3)
     assert [part.text for part in answer.not_used] == ["slow"]
 
 

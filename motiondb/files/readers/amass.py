@@ -82,9 +82,9 @@ _ENDS = (
     ("R_Wrist", (-0.17, -0.01, -0.02)),
 )
 N_JOINTS = len(_TABLE)
-_POSES = ("poses", "smpl_poses", "pose", "fullpose")
+_POSES = ("poses", "smpl_poses", "pose_world", "pose", "fullpose", "pose_aa")
 _PARTS = (("root_orient", "global_orient"), ("pose_body", "body_pose"))
-_TRANS = ("trans", "transl", "smpl_trans")
+_TRANS = ("trans_world", "trans_orig", "trans", "transl", "smpl_trans", "root_trans_offset")
 _SCALE = "smpl_scaling"
 
 
@@ -94,7 +94,8 @@ def is_amass(names: Sequence[str]) -> bool:
     >>> is_amass(["poses", "trans"]), is_amass(["joint_pos", "fps"])
     (True, False)
     """
-    return any(name in names for name in (*_POSES, *itertools.chain(*_PARTS)))
+    is_robot = "dof" in names or "dof_pos" in names  # whose pkl has pose_aa, too
+    return not is_robot and any(name in names for name in (*_POSES, *itertools.chain(*_PARTS)))
 
 
 def skeleton(unit: float = 1.0) -> Skeleton:
@@ -131,7 +132,7 @@ def read_poses(
     if len(found) == 2 and not set(found) <= set(arrays):
         found = [_POSES[0]]
     poses = [_array(arrays, name, names, path) for name in found]
-    trans_name = next((name for name in _TRANS if name in arrays), _TRANS[0])
+    trans_name = next((name for name in _TRANS if name in arrays), "trans")
     trans = _array(arrays, trans_name, names, path)
     trans = trans.reshape([size for size in trans.shape[:-1] if size != 1] + [trans.shape[-1]])
     joints = [joint_numbers(array, name, path) for array, name in zip(poses, found)]
@@ -278,6 +279,12 @@ def joint_numbers(array: NDArray[np.generic], name: str, path: object) -> NDArra
             ]
             if count in counts and rest in shapes and math.prod(rest) == count * size:
                 return tried.reshape(len(tried), count, size)
+    if array.ndim > 2 and math.prod(array.shape[2:]) // 3 in counts:
+        raise CaptureError(
+            path,
+            f"expected poses of one body, found {len(array)} in {name} of shape {array.shape}. "
+            "Save each in a file of its own.",
+        )
     raise CaptureError(
         path,
         f"expected {name} with 3, 4, 6 or 9 numbers for each of {', '.join(map(str, counts))} "

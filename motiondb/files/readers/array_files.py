@@ -43,6 +43,7 @@ _UNPACKED, _RATIO = 256_000_000, 20
 """Bytes to which the arrays of a file may unpack, or this multiple of the file's size if that is
 more. An hour of poses at 60 frames a second takes 270 MB, and compressed motion has at least a
 third of its size; compressed zeros have a thousandth."""
+_NESTED = 2  # Dictionaries within one another that are looked into
 _NO_NPZ = "expected an npz file of plain arrays, found something else. Save it again."
 
 Arrays = dict[str, NDArray[np.generic]]
@@ -380,14 +381,22 @@ def load_pickle(data: bytes, path: object) -> Arrays:
         raise CaptureError(
             path, f"expected a dictionary of arrays, found a {type(found).__name__}. Save one."
         )
+    found = found.get("smpl_params_global", found)  # of GVHMR, beside those in the camera
     if found and all(isinstance(value, dict) for value in found.values()):
         raise CaptureError(
             path, f"expected one motion, found {len(found)}. Save each in a file of its own."
         )
     budget = _Budget(len(data), max(_UNPACKED, _RATIO * len(data)))
     names = {k: k.decode("latin-1") if isinstance(k, bytes) else str(k) for k in found}  # Python 2
-    values = {names[k][:100]: _plain(v, budget, path) for k, v in found.items() if v is not None}
-    return {name: value for name, value in values.items() if value is not None}
+    values = {names[k][:100]: v for k, v in found.items() if v is not None}
+    for _ in range(_NESTED):  # an array within a dictionary is called as both
+        values = {
+            f"{name}.{inner}" if inner else name: each
+            for name, value in values.items()
+            for inner, each in (value.items() if isinstance(value, dict) else [("", value)])
+        }
+    made = {str(name)[:100]: _plain(value, budget, path) for name, value in values.items()}
+    return {name: value for name, value in made.items() if value is not None}
 
 
 @dataclass

@@ -20,6 +20,7 @@ import numpy as np
 
 from motiondb.body import rotation
 from motiondb.body.rates import rate_of_times
+from motiondb.body.world import UPS
 from motiondb.errors import CaptureError
 from motiondb.files.limits import ReadOptions, SkeletonFile
 from motiondb.files.readers import point_motion, robot_motion
@@ -32,6 +33,11 @@ from motiondb.files.readers.array_files import (
     load_npz,
     load_pickle,
     npz_names,
+)
+from motiondb.files.readers.array_forms import (
+    is_skeleton_motion,
+    plain_form,
+    read_skeleton_motion,
 )
 from motiondb.files.readers.first_bytes import (
     ROBOT_KEYS,
@@ -89,14 +95,29 @@ def read_array_motion(
         arrays = load_pickle(whole, path)
     else:
         return _robot(from_csv(data, path), path, skeleton, options, len(data))
+    return _clip_of(plain_form(arrays, path), path, skeleton, options, len(data))
+
+
+def _clip_of(
+    arrays: Arrays,
+    path: Path | str,
+    skeleton: SkeletonFile | None,
+    options: ReadOptions,
+    n_bytes: int,
+) -> Clip:
+    """Return the clip of arrays under the names that others use."""
+    if "up" in arrays and str(arrays["up"]) in UPS:
+        options = replace(options, up=options.up or str(arrays["up"]))
+    if is_skeleton_motion(arrays):
+        return read_skeleton_motion(arrays, path, options, n_bytes)
     if is_amass(tuple(arrays)):
-        return read_poses(arrays, tuple(arrays), path, options, len(data))
+        return read_poses(arrays, tuple(arrays), path, options, n_bytes)
     _check_known(tuple(arrays), path)
     if robot_motion.is_robot(tuple(arrays)):
         said = robot_motion.from_arrays(arrays, path)
         arrays.clear()
-        return _robot(said, path, skeleton, options, len(data))
-    return _points(arrays, path, skeleton, options, len(data))
+        return _robot(said, path, skeleton, options, n_bytes)
+    return _points(arrays, path, skeleton, options, n_bytes)
 
 
 def _check_known(names: Sequence[str], path: object) -> None:

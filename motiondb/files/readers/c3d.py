@@ -1,7 +1,9 @@
 """Reader of C3D: marker positions as clips of joints (:mod:`.markers`).
 
 Up is the axis that ``POINT:Y_SCREEN`` names, else the one that the motion shows. Lost are analog
-channels and forces. A file with several performers gives a clip for each.
+channels and forces. A file with several performers gives a clip for each. A file of segments alone
+(the group ROTATION: a matrix of 16 numbers, column by column, and a reliability), as Theia writes
+it, is read by the places of the segments.
 
 The bytes of a C3D file: its parameters and the places of its points.
 
@@ -16,7 +18,8 @@ change one of the two. So every combination of what they say is held against the
 and the first one that fits is read. The number of frames may stand in four places, of which some
 count to 65,535 only. Nothing that a file says is believed beyond its bytes.
 
-Source: The C3D File Format, Motion Lab Systems, https://www.c3d.org/HTML/Documents/.
+Source: The C3D File Format, Motion Lab Systems, https://www.c3d.org/HTML/Documents/; C-Motion,
+"ROTATION data type".
 """
 
 from __future__ import annotations
@@ -33,14 +36,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from motiondb.errors import CaptureError
-from motiondb.files.limits import AS_USUAL, ReadOptions
+from motiondb.files.limits import AS_USUAL, ReadOptions, check_clip_size, check_rate
 from motiondb.files.readers.marker_gaps import is_place
 from motiondb.files.readers.markers import MarkerFile, read_markers
+from motiondb.files.readers.point_motion import clip_of_points
 from motiondb.records import LARGEST, MOTION_FPS, Clip, Event, FloatArray
 
 
 def read_c3d_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL) -> dict[str, Clip]:
     """Read the clip of each performer in the bytes of a C3D file; "" for the only one."""
+    if (said := _segments_alone(data)) is not None:
+        return {"": _of_segments(said, path, options)}
     return read_markers(c3d_markers(data, path, options), len(data), path, options)
 
 
@@ -61,11 +67,15 @@ def c3d_events(data: bytes, path: object, fps: float, take: str = "") -> list[Ev
     side that the context names. `fps`: the rate at which the frames are read. `take`: the performer
     whose events are read; those without a subject are everybody's.
     """
-    file = read_c3d_file(data, path, skip_bad=True)
+    if (said := _segments_alone(data)) is not None:
+        events, n_frames = _events(said), max(said.frame_counts().values(), default=0)
+    else:
+        file = read_c3d_file(data, path, skip_bad=True)
+        events, n_frames = file.events, file.n_frames
     found = []
-    for event in file.events:
+    for event in events:
         frame = round(event.frame / fps * MOTION_FPS)
-        if not 0 <= event.frame < file.n_frames or (take and event.subject not in ("", take)):
+        if not 0 <= event.frame < n_frames or (take and event.subject not in ("", take)):
             continue
         side = {"left": "l_ankle", "right": "r_ankle"}.get(event.context.lower(), "")
         name = "_".join(event.label.lower().split())
@@ -80,6 +90,49 @@ def c3d_events(data: bytes, path: object, fps: float, take: str = "") -> list[Ev
             sided = f"{event.context.lower()}_{name}" if side else name
             found.append(Event(frame, sided))
     return found
+
+
+_TURNED = 17  # Numbers of a segment in a frame
+_ENDS = MappingProxyType(
+    {"thigh": "hip", "shank": "knee", "foot": "ankle", "toes": "toe"}
+    | {"uarm": "shoulder", "larm": "elbow", "hand": "wrist"}
+)  # Segment -> joint at which it begins
+
+
+def _segments_alone(data: bytes) -> _Said | None:
+    """Return what a file says that has segments in place of points; None for others."""
+    said = _read_parameters(data) if len(data) >= BLOCK and data[1] == 0x50 else None
+    alone = said and said.count("ROTATION:USED") and not said.count("POINT:USED")
+    return said if alone else None
+
+
+def _of_segments(said: _Said, path: object, options: ReadOptions) -> Clip:
+    """Read the places of segments, as Theia writes them, which are those of the joints."""
+    labels, count = _all_texts(said, "ROTATION:LABELS"), said.count("ROTATION:USED")
+    start = (said.count("ROTATION:DATA_START") - 1) * BLOCK
+    rate = options.fps or check_rate(said.number("ROTATION:RATE") or said.rate, path)
+    times = said.count("ROTATION:RATIO") or max(1, round(rate / said.rate)) if said.rate else 1
+    n_frames = max(said.frame_counts().values(), default=0) * times
+    size = 4 * _TURNED * count
+    check_clip_size(n_frames, count, len(said.data), path, options.limits)
+    if start < BLOCK or not n_frames or len(labels) != count:
+        raise CaptureError(path, "expected places of segments, found none. Export them again.")
+    if len(said.data) < start + size * n_frames:
+        room = max(0, len(said.data) - start) // size
+        raise CaptureError(
+            path, f"expected {n_frames} frames of {count} segments, found {room}: the file is cut."
+        )
+    values = _floats(said.data[start : start + size * n_frames], said.machine)
+    values = values.reshape(n_frames, count, _TURNED)
+    places = np.where(values[..., 16:] < 0, np.nan, values[..., 12:15])
+    names = [label.lower().removesuffix("_4x4") for label in labels]
+    kept = [n for n, name in enumerate(names) if name == "head" or name[2:] in _ENDS]
+    names = [name[:2] + _ENDS.get(name[2:], "") if name != "head" else name for name in names]
+    options = replace(options, up=options.up or _up(said) or "z")
+    note = ("Of segments, the places at which they begin are read, and not their turns.",)
+    return clip_of_points(
+        [names[n] for n in kept], places[:, kept], rate, options, path, "c3d", note
+    )
 
 
 BLOCK = 512

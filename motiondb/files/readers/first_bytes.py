@@ -13,7 +13,7 @@ from motiondb.files.text import quoted
 
 MODEL_ENDINGS = (".xml", ".mjcf", ".urdf")
 """Of models of robots."""
-HUMANML3D_WIDTH = 263  # Numbers a frame
+HUMANML3D_WIDTH, MOTION_X_WIDTH = 263, 322  # Numbers a frame
 _ROOT_COLUMN = re.compile(
     r"^(root|base|pelvis|torso|floating_?base)?[_ .]?(joint)?[_ .]?(pos|position|translate|trans|"
     r"quat|quaternion|rot|rotation|rotate|orientation)?[_ .]?([qt]?[xyzw])$"
@@ -61,9 +61,22 @@ ROBOT_KEYS = (
     "dt",
 )
 """Names of the arrays of a robot's motion."""
-_SMPL_KEYS = ("smpl_poses", "fullpose", "root_orient", "global_orient", "pose_body", "body_pose")
+_SMPL_KEYS = (
+    "smpl_poses",
+    "fullpose",
+    "pose_aa",
+    "pose_quat",
+    "pose_world",
+    "root_orient",
+    "global_orient",
+    "pose_body",
+    "body_pose",
+)
+_POINT_KEYS = ("loop_mode", "keypoints3d", "joints_3d", "joints3d", "num_samples")
 _MOTION_ARRAY = re.compile(
-    "|".join(name for name in (*ROBOT_KEYS, *_SMPL_KEYS) if len(name) > 3).encode()
+    "|".join(name for name in (*ROBOT_KEYS, *_SMPL_KEYS, *_POINT_KEYS) if len(name) > 3).encode()
+    + rb"|[\x00-\x1f](?:joints|poses?|motion)(?:q.|\W)|rotation\W.{0,20}arr\W",
+    re.DOTALL,
 )
 _UNITS: Mapping[str, str] = MappingProxyType(
     {"": "s", "m": "ms", "milli": "ms", "u": "us", "\u00b5": "us", "\u03bc": "us", "micro": "us"}
@@ -89,9 +102,9 @@ def is_points_shape(shape: tuple[int, ...]) -> bool:
     """
     if len(shape) == 4 and 1 in shape[:2]:
         shape = tuple(size for at, size in enumerate(shape) if at > 1 or size > 1)
-    return (len(shape) == 3 and shape[2] == 3 and 11 <= shape[1] <= 1000) or (
-        len(shape) == 2 and shape[1] == HUMANML3D_WIDTH
-    )
+    if len(shape) == 2 or (len(shape) == 3 and shape[0] == 1 and shape[2] > 4):
+        return shape[-1] in (HUMANML3D_WIDTH, MOTION_X_WIDTH)
+    return len(shape) == 3 and shape[2] in (3, 4) and 11 <= shape[1] <= 1000
 
 
 def is_motion_pickle(start: bytes) -> bool:
@@ -100,15 +113,48 @@ def is_motion_pickle(start: bytes) -> bool:
 
 
 def is_marker_table(start: bytes) -> bool:
-    """Say whether the start of a table is that of Motive, Vicon or Qualisys.
+    """Say whether the start of a table is that of Motive, Vicon, Qualisys or of places of joints.
 
     >>> is_marker_table(b"Format Version,1.23,Take Name,a"), is_marker_table(b"file,words")
     (True, False)
     """
     text = start.removeprefix(b"\xef\xbb\xbf").lstrip()
-    return _TABLE.match(text) is not None and (
-        not text.startswith((b"FILE_V", b"NO_OF")) or b"MARKER_NAMES" in text
-    )
+    if _TABLE.match(text):
+        places = (b"MARKER_NAMES", b"BODY_NAMES", b"SKELETON")
+        return not text.startswith((b"FILE_V", b"NO_OF")) or any(key in text for key in places)
+    lines = [line for line in text.decode("utf-8", "replace").splitlines() if line[:1] != "#"]
+    return len(lines) > 1 and bool(joint_columns(lines[0]) or {*TIDY} <= {*cells(lines[0])})
+
+
+_PLACE = re.compile(
+    r"^(.+?)(?:[ _.:/|-]+(?:pos|position|loc|location|trans|translation|t|p)?[ _.:/|-]*([xyz])"
+    r"|(?<=[a-z0-9])([XYZ]))(?:[ _]*[\[(]\w*[\])])?$",
+    re.IGNORECASE,
+)
+_NO_PLACE = re.compile(
+    r"rot|quat|euler|vel|acc|gyr|mag|ang|ori|force|moment|torque|conf|power|dir|eul|free|sensor",
+    re.IGNORECASE,
+)
+_JOINTS_NEEDED = 11  # Of a body
+TIDY = ("frame", "keypoint", "x", "y", "z")  # Columns of a table with a row a keypoint
+
+
+def joint_columns(head: str) -> dict[str, tuple[int, int, int]]:
+    """Return the joints that a line of columns names, with those of x, y and z; few are none.
+
+    >>> joint_columns(",".join(f"joint{n} {axis}" for n in range(12) for axis in "xyz"))["joint9"]
+    (27, 28, 29)
+    >>> joint_columns("time,hip_x,hip_y,hip_z")
+    {}
+    """
+    found: dict[str, dict[str, int]] = {}
+    for number, name in enumerate(cells(head)):
+        match = _PLACE.match(name.strip())
+        if match and not _NO_PLACE.search(name):
+            axis = (match[2] or match[3]).lower()
+            found.setdefault(match[1].strip(), {}).setdefault(axis, number)
+    joints = {n: (at["x"], at["y"], at["z"]) for n, at in found.items() if {*at} == {*"xyz"}}
+    return joints if len(joints) >= _JOINTS_NEEDED else {}
 
 
 def is_robot_csv(start: bytes) -> bool:
@@ -193,6 +239,7 @@ def column(name: str) -> tuple[str, str]:
 _TABLE = re.compile(
     rb"Format Version,|(FILE_VERSION|NO_OF_FRAMES)\t"
     rb"|(Trajectories|Devices|Model Outputs|Segments|Joints),*\s*\n\s*[0-9.]+,*\s*\n,"
+    rb"|Events,*\s*\n\s*[0-9.]+,*\s*\nSubject,"
 )  # How tables of markers begin
 _OTHERS = (
     ("quaternion", "orientations of sensors; compute joint angles with OpenSense (IK)"),

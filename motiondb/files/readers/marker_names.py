@@ -9,6 +9,10 @@ and the ISB, OpenCap, OptiTrack, Shogun, Xsens, OpenSim; centres of OpenPose, HA
 
 >>> sorted(name_markers(["R.EIAS", "L.EIAS", "R.Knee.Lat", "R.Knee.Med"])[""])
 ['LASI', 'RASI', 'RKNE', 'RKNM']
+>>> sorted(name_markers(["LASIS", "LLE", "LME", "LLM", "LMM", "LCA", "RLFE", "RMML"])[""])
+['LANK', 'LANM', 'LASI', 'LHEE', 'LKNE', 'LKNM', 'RANM', 'RKNE']
+>>> sorted(name_markers(["LASI", "LAEL", "LWTS", "LLANK", "RKNEL", "RELBM"])[""])
+['LANK', 'LASI', 'LELB', 'LWRA', 'RELM', 'RKNE']
 """
 
 from __future__ import annotations
@@ -24,26 +28,26 @@ _PLACES = """
 ASI asi asis ias eias fwt waistfront
 PSI psi psis ips eips bwt waistback
 KNE kne knee kneelat kneelateral latknee fle kneeout kneeouter knee1 lknee lek kneeaxis
-KNE lfc lateralknee kneelatepicondyle
+KNE lfc lateralknee kneelatepicondyle le lfe knel
 KNM kneemed kneemedial medknee mknee fme kneein kneeinner knee2 mek
-KNM mfc medialknee kneemedepicondyle
+KNM mfc medialknee kneemedepicondyle me mfe knem
 ANK ank ankle anklelat anklelateral latankle fal mall lmal latmal ankleout ankleouter lma
-ANK lateralmalleolus lateralankle latmalleolus
+ANK lateralmalleolus lateralankle latmalleolus lm lml ankl lank
 ANM anklemed anklemedial medankle mankle mmal medmal tam anklein ankleinner mma
-ANM medialmalleolus medialankle medmalleolus
+ANM medialmalleolus medialankle medmalleolus mm mml ankm mank
 TOE toe toes toetip met mt2 fm2 met2 toein bigtoe halluxtip
 FM1 fm1 mt1 met1 footmed 1meta firstmet forefootin
 FM5 fm5 mt5 met5 footlat 5meta toeout smalltoe fifthmet forefootout
-HEE hee heel fcc calc calca calcaneus heelback heelfoot
-SHO sho shoulder should saj sae ac acr acromion acromium shouldertop
+HEE hee heel fcc calc calca ca calcaneus heelback heelfoot
+SHO sho shou shoulder should saj sae ac acr acromion acromium shouldertop
 ELB elb elbow elbowlat elbowlateral latelbow lelbow hle epilat elbowout lhe lel lateralelbow
-ELB armlatepicondyle
+ELB armlatepicondyle ael elbl lelb lee
 ELM elbowmed elbowmedial medelbow melbow hme epimed elbowin mhe mel medialelbow
-ELM armmedepicondyle
+ELM armmedepicondyle elbm melb mee
 WRA wra wri wrist rsp wristrad wristlat latwrist lwrist wristin faradius radialwrist
-WRA iwr radialstyloid
+WRA iwr radialstyloid wts wril rwri
 WRB wrb usp uhe wristuln wristmed medwrist mwrist wristout faulna ulnarwrist
-WRB owr ulnarstyloid
+WRB owr ulnarstyloid wps wrim uwri
 FHD fhd hdf headfront
 BHD bhd hdb headback
 C7 c7 cv7 spinetop backtop c7spinalprocess

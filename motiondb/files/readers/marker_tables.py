@@ -1,28 +1,33 @@
-"""Reader of tables of markers that capture systems export (:mod:`.markers`).
+"""Reader of tables of markers or joints that capture systems export (:mod:`.markers`).
 
 OptiTrack Motive's CSV: a line of keys and values, rows of types, names and axes, then a row a
 frame. Where it has the places of bones, these are the joints, and markers are not needed. Vicon
 Nexus's CSV: the section Trajectories, with its rate below. Qualisys's TSV: a key a line, then a row
-a frame. Cells without a number, or one number three times, are markers that were not seen, as in
-the frames that their numbers leave out. The axis up is not in these files: y is usual for Motive,
-z for the others. Lost are rotations, rigid bodies, devices and events.
+a frame. Others: columns of places that are called after joints and axes (``nose_x``, ``Hips.y``,
+``LeftArm_position_z``), as FreeMoCap, Rokoko and sheets of Xsens have them. Xsens' MVNX: places of
+segments a frame. Cells without a number, or one number three times, are markers that were not seen,
+as in the frames that their numbers leave out. The axis up is not in these files: y is usual for
+Motive, z for the others. Lost are rotations, rigid bodies, devices and events.
 
-Source: OptiTrack, "Data Export: CSV" (formats 1.2 to 1.25); Qualisys, "Motion data (.tsv)"; Vicon
-Nexus, export of ASCII.
+Source: MVN User Manual, "MVNX" (version 4); OptiTrack, "Data Export: CSV" (formats 1.2 to 1.25);
+Qualisys, "Motion data (.tsv)"; Vicon Nexus, export of ASCII.
 """
 
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from xml.etree import ElementTree
 
 import numpy as np
 
 from motiondb.body import world
+from motiondb.body.rates import rate_of_times
 from motiondb.errors import CaptureError, NoBodyError
 from motiondb.files.limits import AS_USUAL, ReadOptions, check_rate
-from motiondb.files.readers.first_bytes import is_number
+from motiondb.files.readers.first_bytes import TIDY, cells, column, is_number, joint_columns
 from motiondb.files.readers.marker_gaps import count_notes, is_place, with_missing
 from motiondb.files.readers.markers import MarkerFile, read_markers, unit_of
 from motiondb.files.readers.point_motion import clip_of_points
@@ -42,10 +47,11 @@ class _Table:
     labels: Sequence[str]
     places: FloatArray  # (frames, markers, 3), file units, NaN where not seen
     fps: float
-    unit: str
+    unit: str | None  # None where nothing says it
     usual_up: str
     bones: Mapping[str, Mapping[str, FloatArray]] = field(default_factory=dict)
     """Performer -> bone -> its places (frames, 3)."""
+    up: str = ""  # The axis up where the format says it
     notes: tuple[str, ...] = ()
 
 
@@ -58,11 +64,13 @@ def read_table_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL)
     if not table.bones:
         return read_markers(_file(table), len(data), path, options)
     clips, rate = dict[str, Clip](), options.fps or check_rate(table.fps, path)
-    stated = unit_of(table.unit, path) if options.unit is None else options.unit
+    stated, options = options.unit, replace(options, up=options.up or table.up)
+    if stated is None and table.unit is not None:
+        stated = unit_of(table.unit, path)
     try:
         for who, bones in table.bones.items():
             clip, notes = _of_bones(bones, stated, rate, path, options), table.notes
-            if options.unit is None:
+            if options.unit is None and stated is not None:
                 lengths = np.linalg.norm(clip.skeleton.offsets, axis=1)
                 size, typical = world.body_size(clip.skeleton, lengths)
                 unit, told = world.checked_unit(stated, size / stated, typical)
@@ -78,11 +86,17 @@ def read_table_takes(data: bytes, path: object, options: ReadOptions = AS_USUAL)
 
 
 def _of_bones(
-    bones: Mapping[str, FloatArray], unit: float, rate: float, path: object, options: ReadOptions
+    bones: Mapping[str, FloatArray],
+    unit: float | None,
+    rate: float,
+    path: object,
+    options: ReadOptions,
 ) -> Clip:
-    """Return the clip of places of bones in a unit of so many metres."""
-    points = np.stack(list(bones.values()), axis=1) * unit
-    in_metres = replace(options, unit=1.0)
+    """Return the clip of places of bones in a unit of so many metres; None: as legs are long."""
+    points = np.stack(list(bones.values()), axis=1)
+    if unit is None:
+        return clip_of_points(list(bones), points, rate, options, path, "markers")
+    points, in_metres = points * unit, replace(options, unit=1.0)
     clip = clip_of_points(list(bones), points, rate, in_metres, path, "markers")
     return replace(clip, unit=unit)
 
@@ -99,7 +113,7 @@ def _file(table: _Table) -> MarkerFile:
         len(places),
         lambda n: places[:, n],
         table.fps,
-        table.unit,
+        table.unit or "",
         "",
         table.usual_up,
         "markers",
@@ -109,6 +123,8 @@ def _file(table: _Table) -> MarkerFile:
 
 def _table(data: bytes, path: object) -> _Table:
     """Read a table of one of the three forms (CaptureError)."""
+    if data.lstrip(b"\xef\xbb\xbf \r\n").startswith((b"<?xml", b"<mvnx")):
+        return _mvnx(data, path)
     lines = decode(clean_bytes(data, path)).splitlines()
     first = next((line for line in lines if line.strip()), "")
     if first.startswith("Format Version"):
@@ -119,12 +135,106 @@ def _table(data: bytes, path: object) -> _Table:
     for at, (_, row) in enumerate(rows):
         if _joined(row) == "Trajectories":
             return _vicon(rows[at + 1 :], path)
+    if {*TIDY} <= {*cells(first)}:
+        return _tidy([(n, cells(line)) for n, line in enumerate(lines, 1) if line.strip()], path)
+    if joint_columns(first):
+        return _named(lines, path)
     section = first.strip(", ")
     if section in _SECTIONS:
         found = f"the section {section} alone. Export the trajectories of markers, too."
     else:
         found = "something else. Export the markers again."
     raise CaptureError(path, _NAMED + found)
+
+
+_FPS = 30.0  # Of tables that tell no rate
+_NO_RATE = (
+    f"The table has no frame rate; {_FPS:g} frames a second are taken. Give the right one (--fps) "
+    "if this is wrong.",
+)
+
+
+def _named(lines: Sequence[str], path: object) -> _Table:
+    """Read columns that are called after joints and axes."""
+    said = [(n, line) for n, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
+    head, joints = cells(said[0][1]), joint_columns(said[0][1])
+    values = _values([(n, cells(line)) for n, line in said[1:]], len(head), path)
+    places = {
+        name: np.where(is_place(found := values[:, list(at)])[:, None], found, np.nan)
+        for name, at in joints.items()
+    }
+    kinds = [column(name) for name in head]
+    times = [(values[:, n], unit) for n, (kind, unit) in enumerate(kinds) if kind == "time"]
+    fps = rate_of_times(*times[0]) if times else None
+    labels = [*places]
+    every = np.stack(list(places.values()), axis=1)
+    return _Table(
+        labels, every, fps or _FPS, None, "y", {"": places}, notes=() if fps else _NO_RATE
+    )
+
+
+def _tidy(rows: Rows, path: object) -> _Table:
+    """Read a row a keypoint and frame; of several models the body, of several trajectories one."""
+    head = [name.strip() for name in rows[0][1]]
+    at = {name: head.index(name) for name in head}
+    told = [row for row in rows[1:] if len(row[1]) == len(head)]
+    for name in ("model", "trajectory"):
+        if name in at and told:
+            said = list(dict.fromkeys(row[at[name]] for _, row in told))
+            chosen = next((one for one in said if one.endswith("body")), said[0])
+            told = [row for row in told if row[1][at[name]] == chosen]
+    wanted = [at["frame"], *(at[axis] for axis in "xyz")]
+    wanted += [at["timestamp"]] if "timestamp" in at else []
+    values = _values([(n, [row[c] for c in wanted]) for n, row in told], len(wanted), path)
+    frames, of_frame = np.unique(values[:, 0], return_inverse=True)
+    labels = list(dict.fromkeys(row[at["keypoint"]] for _, row in told))
+    columns = {label: n for n, label in enumerate(labels)}
+    places = np.full((len(frames), len(labels), 3), np.nan)
+    places[of_frame, [columns[row[at["keypoint"]]] for _, row in told]] = values[:, 1:4]
+    times = np.full(len(frames), np.nan)
+    times[of_frame] = values[:, 4] if values.shape[1] > 4 else values[:, 0]
+    fps = rate_of_times(times) if values.shape[1] > 4 else None
+    bones = {label: places[:, n] for n, label in enumerate(labels)}
+    return _Table(
+        labels, places, fps or _FPS, None, "y", {"": bones}, notes=() if fps else _NO_RATE
+    )
+
+
+def _mvnx(data: bytes, path: object) -> _Table:
+    """Read the places of segments of each subject in Xsens' MVNX; metres, z up."""
+    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+        raise CaptureError(path, "expected XML without a DOCTYPE, found one. Take it out.")
+    labels, frames, rate = [""], list[str](), 0.0
+    performers: dict[str, dict[str, FloatArray]] = {}
+    try:
+        for event, element in ElementTree.iterparse(io.BytesIO(data), ("start", "end")):
+            tag = element.tag.rpartition("}")[2]
+            if event == "start" and tag == "subject":
+                labels, frames, rate = [], [], _number(element.get("frameRate", ""))
+            elif event == "start" and tag == "segment":
+                labels.append(element.get("label", ""))
+            elif event == "end" and tag == "frame":
+                if element.get("type", "normal") == "normal":
+                    frames += [part.text or "" for part in element if part.tag.endswith("position")]
+                element.clear()
+            elif event == "end" and tag == "subject":
+                values = np.array([text.split() for text in frames], dtype=np.float64)
+                places = values.reshape(len(frames), len(labels), 3)
+                who = element.get("label", "")
+                performers[who] = {name: places[:, n] for n, name in enumerate(labels)}
+    except (ElementTree.ParseError, ValueError) as error:
+        raise CaptureError(
+            path,
+            f"expected Xsens' MVNX with as many places as segments, found a fault ({error}). "
+            "Export it again.",
+        ) from None
+    if not performers or not all(len(each) and frames for each in performers.values()):
+        raise CaptureError(
+            path, "expected places of segments (position), found none. Export them, too."
+        )
+    first = next(iter(performers.values()))
+    every = np.stack(list(first.values()), axis=1)
+    return _Table([*first], every, rate, "m", "z", performers, "z")
 
 
 def _joined(row: Sequence[str]) -> str:
@@ -172,7 +282,7 @@ def _motive(rows: Rows, path: object) -> _Table:
         said.get("Length Units", ""),
         "y",
         performers,
-        notes + gap_notes,
+        notes=notes + gap_notes,
     )
 
 
@@ -208,10 +318,12 @@ def _qualisys(rows: Rows, path: object) -> _Table:
     labels = [label for label in said.get("MARKER_NAMES", []) if label]
     kind = "".join(said.get("DATA_INCLUDED", ["3D"])[:1])
     if not labels or kind != "3D":
+        others = [key for key in ("BODY_NAMES", "SKELETON_NAME", "SKELETON") if key in said]
+        found = kind if kind != "3D" else "".join(others[:1]) or "no MARKER_NAMES"
         raise CaptureError(
             path,
-            f"expected places of markers in 3D with MARKER_NAMES, found {kind or 'others'} and "
-            f"{len(labels)} names. Export 3D data with a header.",
+            f"expected places of markers in 3D with MARKER_NAMES, found {found}. Export 3D data "
+            "with a header.",
         )
     has_names = first < len(rows) and rows[first][1][0].strip() == "Frame"
     rows = [(n, [cell.replace(",", ".") for cell in row]) for n, row in rows[first + has_names :]]

@@ -17,10 +17,10 @@ of the pelvis (left: RASI to LASI; ahead: from the middle of the back markers, o
   the outer towards the middle, along the pelvis's left axis made orthogonal to the bone;
 - shoulder: 5 cm below the marker along the trunk; elbow: between its markers, or its marker;
   wrist: between its markers;
-- neck: between C7 and CLAV, or between the shoulders; chest: between T10 and STRN; head: middle
-  of the head's markers.
+- neck: between C7 and CLAV, or between the shoulders (over their centres); chest: between T10 and
+  STRN; head: middle of the head's markers.
 
-A file of centres has them as they are; its neck, if it has none, lies between the shoulders. These
+A file of centres has them as they are; its neck, if it has none, is over the middle of both. These
 are plain regressions: good to 1 to 4 cm, enough to recognise a motion, not for clinical use.
 """
 
@@ -36,7 +36,7 @@ from types import MappingProxyType
 import numpy as np
 
 from motiondb.body import body, rotation, world
-from motiondb.body.retarget import solve_rotations
+from motiondb.body.retarget import neck_over, solved_body
 from motiondb.errors import CaptureError, NoBodyError
 from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
 from motiondb.files.readers.marker_gaps import (
@@ -51,7 +51,7 @@ from motiondb.files.readers.marker_gaps import (
 from motiondb.files.readers.marker_names import Named, name_markers
 from motiondb.files.text import distinct, quoted, take_name
 from motiondb.files.units import UNITS
-from motiondb.records import Clip, FloatArray, Skeleton
+from motiondb.records import Clip, FloatArray
 
 Markers = Mapping[str, FloatArray]  # Marker name -> array (frames, 3), metres, NaN where lost
 
@@ -324,8 +324,10 @@ def _neck(markers: Markers) -> FloatArray:
         return _mean(markers, "C7", "CLAV")
     if "NECK" in markers:
         return markers["NECK"]
-    end = "SJC" if "LSJC" in markers else "SHO"
-    return (markers[f"L{end}"] + markers[f"R{end}"]) / 2.0
+    if "LSJC" not in markers:  # on the skin, about as high as the neck
+        return (markers["LSHO"] + markers["RSHO"]) / 2.0
+    hip = "HJC" if "LHJC" in markers else "ASI"
+    return neck_over(*([markers[side + end] for side in "LR"] for end in ("SJC", hip)))
 
 
 def _centre(markers: Markers, side: str, joint: str, outer: str, inner: str) -> FloatArray | None:
@@ -454,10 +456,11 @@ def _solve(file: MarkerFile, named: Named, path: object, options: ReadOptions) -
         points = joint_centres({name: track * mirrored for name, track in turned.items()})
     else:
         points = rotation.rotate(turn[:, None], points)
+    skeleton, rotations = solved_body(points)
     return Clip(
-        skeleton=skeleton_of(points),
+        skeleton=skeleton,
         fps=rate,
-        local_rotations=solve_rotations(points),
+        local_rotations=rotations,
         root_positions=points[:, 0],
         format=file.format,
         unit=unit,
@@ -569,15 +572,3 @@ def _up(
                 "which is taken. Give the axis (--up) if this is wrong.",
             )
     return file.up, ()
-
-
-def skeleton_of(points: FloatArray) -> Skeleton:
-    """Return the canonical skeleton with this body's bone lengths (medians over the frames)."""
-    standard = body.standard_skeleton()
-    parents = body.PARENTS.clip(0)
-    lengths = np.median(np.linalg.norm(points - points[:, parents], axis=-1), axis=0)
-    usual = np.linalg.norm(body.OFFSETS, axis=-1)
-    ratio = np.where(usual > 0, lengths / np.where(usual > 0, usual, 1.0), 1.0)
-    collars = [body.INDEX["l_collar"], body.INDEX["r_collar"]]
-    ratio[collars] = ratio[body.INDEX["neck"]]
-    return replace(standard, offsets=body.OFFSETS * ratio[:, None])

@@ -4,7 +4,7 @@ Source: movement (https://movement.neuroinformatics.dev): a data set of ``ds_typ
 dimensions time, space, keypoints and individuals; from 0.17 on they are called keypoint and
 individual, and one individual may have none. What is kept: the rate and the places of the joints,
 whose rotations are solved as a C3D's are. What is lost: confidence, and keypoints that are
-no joints. A neck that is no keypoint lies between the shoulders. The file has no length unit: it
+no joints. A neck that is no keypoint is over the shoulders. The file has no length unit: it
 follows from the length of the legs. The library xarray opens the file, in a process with limits.
 """
 

@@ -1,9 +1,9 @@
 """Reader of positions alone: frames x joints x 3 in npy and npz, Kimodo's npz and HumanML3D.
 
 The names of the joints stand in the file (``joint_names``), in a text file beside it, one a line,
-or are those of a known order: of SMPL, SMPL-H, LAFAN1, SOMA, Kinect, Human3.6M, COCO, or a
-skeleton of MotionBuilder with fingers. The order is a guess, and told: it is the one under which
-thighs, shins, upper arms and forearms keep their lengths over the take and are alike on both sides.
+or are those of a known order (:mod:`.point_orders`). The order is a guess, and told: it is the one
+under which thighs, shins, upper arms and forearms keep their lengths over the take and are alike on
+both sides.
 
 Kimodo: ``posed_joints`` and ``global_rot_mats`` of SOMA (77 or 30 joints), SMPL-X (22) or the
 skeleton of Unitree's G1 (34); y up, 30 frames a second. HumanML3D: 263 numbers a frame, of which
@@ -19,6 +19,7 @@ Source: https://research.nvidia.com/labs/sil/projects/kimodo/docs (output format
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -35,113 +36,32 @@ from motiondb.files.limits import ReadOptions, check_clip_size, check_rate
 from motiondb.files.readers.array_files import RATES, Arrays, as_numbers, texts_of
 from motiondb.files.readers.first_bytes import HUMANML3D_WIDTH, is_points_shape
 from motiondb.files.readers.marker_gaps import LONGEST_GAP, gaps_of, longest_gap, seen, straight
-from motiondb.files.readers.markers import skeleton_of
+from motiondb.files.readers.point_orders import ORDERS
 from motiondb.files.text import decode, quoted
 from motiondb.records import BoolArray, Clip, FloatArray, Skeleton
 
-_FINGERS = ("Thumb", "Index", "Middle", "Ring", "Pinky")
-_SMPL = (
-    "Pelvis L_Hip R_Hip Spine1 L_Knee R_Knee Spine2 L_Ankle R_Ankle Spine3 L_Foot R_Foot Neck "
-    "L_Collar R_Collar Head L_Shoulder R_Shoulder L_Elbow R_Elbow L_Wrist R_Wrist"
-)
-_LEG, _ARM = "{0}UpLeg {0}Leg {0}Foot {0}ToeBase", "{0}Shoulder {0}Arm {0}ForeArm {0}Hand"
-
-
-def _hand(side: str, fingers: Sequence[str], ends: Sequence[str]) -> str:
-    return " ".join(f"{side}Hand{finger}{end}" for finger in fingers for end in ends)
-
-
-def _soma(hand: bool) -> str:
-    """Names of SOMA's 77 or 30 joints, in Kimodo's order."""
-    four = ("1", "2", "3", "4", "End")
-    text = "Hips Spine1 Spine2 Chest Neck1 Neck2 Head" + (" HeadEnd" if hand else "")
-    text += " Jaw LeftEye RightEye "
-    for side in ("Left", "Right"):
-        text += _ARM.format(side) + " "
-        thumb = _hand(side, ("Thumb",), ("1", "2", "3", "End"))
-        ends = f"{side}HandThumbEnd {side}HandMiddleEnd"
-        text += f"{thumb} {_hand(side, _FINGERS[1:], four)} " if hand else ends + " "
-    for side in ("Left", "Right"):
-        text += f"{side}Leg {side}Shin {side}Foot {side}ToeBase " + f"{side}ToeEnd " * hand
-    return text
-
-
-def _g1() -> str:
-    """Names of the 34 joints of G1 in Kimodo's order."""
-    text = "pelvis_skel "
-    for side in ("left", "right"):
-        for part in ("hip_pitch", "hip_roll", "hip_yaw", "knee", "ankle_pitch", "ankle_roll"):
-            text += f"{side}_{part}_skel "
-        text += f"{side}_toe_base "
-    text += "waist_yaw_skel waist_roll_skel waist_pitch_skel "
-    for side in ("left", "right"):
-        for part in ("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow"):
-            text += f"{side}_{part}_skel "
-        for part in ("wrist_roll", "wrist_pitch", "wrist_yaw", "hand_roll"):
-            text += f"{side}_{part}_skel "
-    return text
-
-
-_MIXAMO_HANDS = " ".join(
-    f"{_ARM.format(side)} {_hand(side, _FINGERS, '123')}" for side in ("Left", "Right")
-)
-_KINECT = (
-    "SpineBase SpineMid Neck Head ShoulderLeft ElbowLeft WristLeft HandLeft ShoulderRight "
-    "ElbowRight WristRight HandRight HipLeft KneeLeft AnkleLeft FootLeft HipRight KneeRight "
-    "AnkleRight FootRight SpineShoulder HandTipLeft ThumbLeft HandTipRight ThumbRight"
-)
-ORDERS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        name: tuple(text.split())
-        for name, text in {
-            "SMPL": _SMPL,
-            "SMPL with hands": _SMPL + " L_Hand R_Hand",
-            "SMPL-H": f"{_SMPL} "
-            + " ".join(
-                f"{s}_{f}{n}"
-                for s in "LR"
-                for f in ["Index", "Middle", "Pinky", "Ring", "Thumb"]
-                for n in "123"
-            ),
-            "LAFAN1": "Hips "
-            + " ".join(_LEG.format(s) for s in ("Left", "Right"))
-            + " Spine Spine1 Spine2 Neck Head "
-            + " ".join(_ARM.format(s) for s in ("Left", "Right")),
-            "LAFAN1, right first": "Hips "
-            + " ".join(_LEG.format(s) for s in ("Right", "Left"))
-            + " Spine Spine1 Spine2 Neck Head "
-            + " ".join(_ARM.format(s) for s in ("Right", "Left")),
-            "SOMA (77)": _soma(True),
-            "SOMA (30)": _soma(False),
-            "Unitree's G1 in Kimodo": _g1(),
-            "Kinect": _KINECT,
-            "Human3.6M": "Pelvis R_Hip R_Knee R_Ankle L_Hip L_Knee L_Ankle Spine Neck Nose Head "
-            "L_Shoulder L_Elbow L_Wrist R_Shoulder R_Elbow R_Wrist",
-            "COCO": "Nose L_Eye R_Eye L_Ear R_Ear L_Shoulder R_Shoulder L_Elbow R_Elbow L_Wrist "
-            "R_Wrist L_Hip R_Hip L_Knee R_Knee L_Ankle R_Ankle",
-            "MotionBuilder with fingers": f"Hips Spine Spine1 Neck Head {_MIXAMO_HANDS} "
-            + " ".join(_LEG.format(s) for s in ("Left", "Right"))
-            + " LeftFootMod RightFootMod",
-        }.items()
-    }
-)  # Known orders of joints
 _POSITIONS = (
     *("posed_joints", "global_joint_positions", "joint_positions", "joints_3d", "joints3d"),
     *("keypoints", "keypoints_3d", "keypoints3d", "positions", "joints", "poses_3d", "xyz"),
-    *("points", "arr_0"),
+    *("points", "arr_0", "keypoints3d_optim", "reconstruction"),
 )  # Names of arrays of positions, in the order in which they are looked for
 _NAMES = ("joint_names", "names", "joints", "bone_names", "keypoint_names", "marker_names")
 _TURNS = "global_rot_mats"
 KEYS = (*_POSITIONS, *_NAMES, _TURNS, "root_positions")
 _BONES = (("hip", "knee"), ("knee", "ankle"), ("shoulder", "elbow"), ("elbow", "wrist"))
+_ACROSS = ("hip", "shoulder")  # Joints of both sides that keep their distance
 _KEEPS, _ALIKE, _BACKWARDS, _PROPORTIONS = 0.15, 0.03, 0.1, 0.3
 """Shares by which limbs change their length, and differ between the sides, in the mean: above the
 first no order is believed; another order that is nearer than the second is told, too; the third is
 added where knees bend backwards. The mean logarithm of the ratios of limbs to those of the
 canonical body, above which they are no limbs: by hand."""
+_TOE = re.compile("(?:foot[ _]?index|big[ _]?toe)$", re.IGNORECASE)
 _AT_ORIGIN = 0.1  # Of the spread of a body's points: a point that near to the origin may be there
 _OF_LENGTH_1 = 1e-3  # By which quaternions may differ from length 1 in the median
 _USUAL_FPS, _FPS_ML3D, _JOINTS_ML3D = 30.0, 20.0, 22
+_USUAL = MappingProxyType({"keypoints3d_optim": 60.0})  # Frames a second of AIST++'s keypoints
+_BODIES = 8  # In one array at most
+_FIRST = 1e-3  # Metres that HumanML3D's first root may be off the origin
 
 
 def is_points(names: Sequence[str]) -> bool:
@@ -164,8 +84,10 @@ def read_points(
     if options.fps:
         fps = options.fps
     elif fps is None:
-        fps = usual
-        told = f"The file has no frame rate; {usual:g} frames a second are taken. "
+        fps, why = (12.5, ", as in KIT-ML") if names == ORDERS["KIT-ML"] else (usual, "")
+        if usual == _USUAL_FPS and names == ORDERS["SMPL"] and _begins_as_humanml3d(points):
+            fps, why = _FPS_ML3D, ", as in HumanML3D, whose first frame it has"
+        told = f"The file has no frame rate; {fps:g} frames a second are taken{why}. "
         notes += (told + "Give the right one (--fps) if this is wrong.",)
     if _TURNS in arrays and any(name.endswith("_skel") for name in names):
         return _of_robot(names, points, arrays[_TURNS], fps, path, options, notes)
@@ -184,6 +106,8 @@ def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, 
     array = arrays[name].astype(np.float64)
     if array.ndim == 4 and 1 in array.shape[:2]:
         array = array[0] if len(array) == 1 else array[:, 0]
+    if array.ndim == 3 and len(array) == 1 and array.shape[2] == HUMANML3D_WIDTH:
+        array = array[0]
     rates = [as_numbers(arrays[n]) for n in RATES if n in arrays and arrays[n].size == 1]
     said = next((rate.reshape(-1)[0] for rate in rates if rate.dtype.kind in "iuf"), None)
     fps = None if said is None else check_rate(float(said), path)
@@ -191,14 +115,21 @@ def _positions(arrays: Arrays, path: object) -> tuple[FloatArray, float | None, 
         return humanml3d_positions(array), fps, _FPS_ML3D
     if array.ndim == 3 and array.shape[2] == 4 and _has_confidence(array):
         array = np.where(array[..., 3:] > 0.0, array[..., :3], np.nan)  # x, y, z, confidence
-    if not is_points_shape(array.shape) or not len(array):
+    if array.ndim == 4 and array.shape[3] == 3 and min(array.shape[:2]) < _BODIES:
+        found = min(array.shape[:2])
+        raise CaptureError(
+            path,
+            f"expected positions of one body, found {found} in an array of shape {array.shape}. "
+            "Save each in a file of its own.",
+        )
+    if array.shape[-1:] != (3,) or not is_points_shape(array.shape) or not len(array):
         raise CaptureError(
             path,
             f"expected positions of shape (frames, joints, 3), found {quoted(name, 30)} of shape "
             f"{array.shape}. Save the joints of one body in 3D, or the numbers of a robot as qpos "
             "(root x y z, quaternion w x y z, joints).",
         )
-    return zeros_as_lost(array), fps, _USUAL_FPS
+    return zeros_as_lost(array), fps, next((_USUAL[n] for n in _USUAL if n in arrays), _USUAL_FPS)
 
 
 def _has_confidence(numbers: FloatArray) -> bool:
@@ -294,6 +225,13 @@ def _known_order(points: FloatArray, path: object) -> tuple[tuple[str, ...], tup
     return ORDERS[best], (note + ". Write them into joint_names.txt beside it if this is wrong.",)
 
 
+def _begins_as_humanml3d(points: FloatArray) -> bool:
+    """Whether a body (frames, 22, 3) begins over the origin and faces z, as HumanML3D has it."""
+    left = points[0, 1] - points[0, 2] + points[0, 16] - points[0, 17]
+    is_there = float(np.abs(points[0, 0, [0, 2]]).max()) < _FIRST
+    return is_there and left[0] > 0.0 and abs(float(left[2])) < 0.05 * float(left[0])
+
+
 def _order_of_humanml3d(points: FloatArray, path: object) -> tuple[str, ...]:
     """Return the names of HumanML3D's joints; CaptureError for numbers of no body."""
     names = ORDERS["SMPL"]
@@ -328,6 +266,11 @@ def _misfit(points: FloatArray, names: Sequence[str]) -> float:
         spread += [float(each.std()) / mean for each, mean in zip(lengths, means)]
         spread.append(abs(means[0] - means[1]) / sum(means))
         sizes.append(sum(means) / 2.0)
+    for part in _ACROSS:
+        left, right = (np.asarray(_place_of(places, side, part)) for side in "lr")
+        apart = np.linalg.norm(left - right, axis=-1)
+        apart = apart[np.isfinite(apart)]
+        spread.append(float(apart.std()) / max(float(apart.mean()), 1e-9))
     usual = [np.linalg.norm(body.OFFSETS[body.INDEX[f"l_{end}"]]) for _, end in _BONES]
     ratios = np.log(np.array(sizes) / sum(sizes[:2]) * body.LEG_LENGTH / np.array(usual))
     if np.abs(ratios).mean() > _PROPORTIONS:
@@ -421,10 +364,11 @@ def clip_of_points(
     if unit is None:
         unit = min(UNITS.values(), key=lambda metres: abs(math.log(leg * metres / usual)))
         found += (f"The file has no length unit; by the length of the legs it is {unit:.4g} m.",)
+    skeleton, rotations = retarget.solved_body(keypoints * unit)
     return Clip(
-        skeleton=skeleton_of(keypoints * unit),
+        skeleton=skeleton,
         fps=fps,
-        local_rotations=retarget.solve_rotations(keypoints),
+        local_rotations=rotations,
         root_positions=keypoints[:, 0] * unit,
         format=kind,
         unit=unit,
@@ -458,14 +402,18 @@ def _keypoints(
     names: list[str], points: FloatArray, rate: float, options: ReadOptions
 ) -> tuple[FloatArray, tuple[str, ...]]:
     """Return the places (frames, 21, 3) of the canonical joints, y up, in file units, and notes."""
+    names = [_TOE.sub("toe", name) for name in names]
     alike = Skeleton(tuple(names), np.zeros(len(names), dtype=np.int64), np.zeros((len(names), 3)))
     if options.swap_sides:
         names = [names[other] for other in mirror_joints(alike)]
     at = {name.casefold(): points[:, n] for n, name in enumerate(names)}
     shoulders = [at[key] for key in at if "shoulder" in key and "mid" not in key]
     if not any("neck" in key for key in at) and len(shoulders) == 2:
-        names, middle = [*names, "neck"], (shoulders[0] + shoulders[1]) / 2.0
-        points = np.concatenate([points, middle[:, None]], axis=1)
+        hips = [at[key] for key in at if "hip" in key and "mid" not in key]
+        low = hips if len(hips) == 2 else shoulders
+        neck = retarget.neck_over(shoulders, low)
+        names = [*names, "neck"]
+        points = np.concatenate([points, neck[:, None]], axis=1)
     root = points.mean(axis=1)
     places = np.concatenate([root[:, None], points - root[:, None]], axis=1)
     parents = np.zeros(len(names) + 1, dtype=np.int64)
@@ -474,9 +422,9 @@ def _keypoints(
     roles = joint_map(skeleton)
     turns = np.tile(rotation.IDENTITY, (*places.shape[:2], 1))
     for side in "lr":  # a foot without a toe keeps its place beside the shin
-        hips = points[:, roles["l_hip"] - 1] - points[:, roles["r_hip"] - 1]
+        across = points[:, roles["l_hip"] - 1] - points[:, roles["r_hip"] - 1]
         shin = points[:, roles[f"{side}_knee"] - 1] - points[:, roles[f"{side}_ankle"] - 1]
-        turns[:, roles[f"{side}_ankle"]] = retarget.frame_of(hips, shin)
+        turns[:, roles[f"{side}_ankle"]] = retarget.frame_of(across, shin)
     clip = Clip(skeleton, rate, turns, root, places, up=options.up)
     solved, found = retarget.keypoints_of(clip, roles)
     return solved, found.notes

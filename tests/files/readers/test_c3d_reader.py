@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from c3d_writer import SGI, c3d_bytes
+from c3d_writer import BLOCK, SGI, c3d_bytes
 from odd_c3d import MARKERS
-from trc_writer import read_c3d
+from trc_writer import CENTRES, read_c3d, read_trc, trc
 
 from motiondb.body import body, kinematics, retarget, rotation
 from motiondb.errors import CaptureError
@@ -20,6 +20,43 @@ def tracks(n_frames: int = 30) -> dict[str, np.ndarray]:
     """The markers of a person who slides ahead by 1 cm a frame, metres, y up."""
     ahead = np.arange(n_frames)[:, None] * [0.0, 0.0, 0.01]
     return {name: np.array(place) / 100.0 + ahead for name, place in MARKERS.items()}
+
+
+SEGMENTS = {"Hip": "thigh", "Knee": "shank", "Ankle": "foot", "BigToe": "toes", "Shoulder": "uarm",
+            "Elbow": "larm", "Wrist": "hand"}  # fmt: skip
+
+
+def segments(n_frames: int = 20, cut: int = 0) -> bytes:
+    """A file of Theia: matrices of segments, z up, millimetres, and no points."""
+    named = {"head_4X4": CENTRES["Head"], "worldbody_4X4": (0, 0, 0)}
+    named |= {
+        f"{side.lower()}_{name}_4X4": CENTRES[side + joint]
+        for side in "LR"
+        for joint, name in SEGMENTS.items()
+    }
+    numbers = np.zeros((n_frames, len(named), 17), "f4")
+    numbers[..., [0, 5, 10, 15]] = 1.0
+    for n, (x, y, z) in enumerate(named.values()):
+        ahead = z + np.arange(n_frames)
+        numbers[:, n, 12:15] = 10.0 * np.stack([x + 0 * ahead, -ahead, y + 0 * ahead], axis=1)
+    numbers[3, 1, 16] = -1.0
+    said = {"ROTATION:USED": len(named), "ROTATION:DATA_START": 9, "ROTATION:LABELS": [*named]}
+    said |= {"EVENT:USED": 1, "EVENT:LABELS": ["Foot Strike"], "EVENT:CONTEXTS": ["Left"]}
+    said |= {"EVENT:TIMES": [0.0, 0.1]}
+    head = c3d_bytes(np.zeros((n_frames, 0, 3)), [], said={**said, "ROTATION:RATIO": 1})
+    return head.ljust(8 * BLOCK, b"\0") + numbers.tobytes()[: -cut or None]
+
+
+def test_segments_of_theia_are_joints() -> None:
+    clip, plain = read_c3d(segments(), "a.c3d"), read_trc(trc(CENTRES), "a.trc")
+    assert (clip.fps, clip.n_frames, clip.up) == (100.0, 20, "y")
+    mine, theirs = (retarget.clip_keypoints(each) for each in (clip, plain))
+    limbs = [n for n, name in enumerate(body.JOINTS) if name[0] in "lr" and name[2:] != "collar"]
+    np.testing.assert_allclose(mine[:, limbs], theirs[:, limbs], atol=0.01)
+    (event,) = c3d_events(segments(), "a.c3d", 100.0)
+    assert (event.name, event.joint) == ("foot_strike", "l_ankle")
+    with pytest.raises(CaptureError, match="expected 20 frames of 16 segments, found 19: the file"):
+        read_c3d(segments(cut=100), "a.c3d")
 
 
 METRES = {"mm": 0.001, "cm": 0.01, "m": 1.0, "inch": 0.0254}

@@ -120,6 +120,112 @@ def test_markers_are_read_as_those_of_a_trc(name: str, text: str, tmp_path: Path
     np.testing.assert_allclose(height_and_way(clip), height_and_way(plain), atol=1e-4)
 
 
+AXES = ("_x", "_y", "_z"), (".x", ".y", ".z"), (" X", " Y", " Z"), ("_position_x", "_position_y",
+"_position_z")  # fmt: skip
+
+
+def joints_table(axes: Sequence[str], mark: str = ",", *, times: bool = True) -> str:
+    """A column for each joint and axis, beside turns and a confidence."""
+    heads = [f"{name}{axis}" for name in CENTRES for axis in axes]
+    lines = [mark.join([*["Timestamp"] * times, *heads, "LHip_rotation_x", "LHip_visibility"])]
+    for frame, cells in enumerate(rows(CENTRES)):
+        numbers = [*[f"{frame / 60:.5f}"] * times, *cells, "3.5", "0.9"]
+        lines.append(mark.join(n.replace(".", ",") if mark == ";" else n for n in numbers))
+    return "\n".join(lines) + "\n"
+
+
+def tidy_table() -> str:
+    """A row a keypoint and frame, of two models, as FreeMoCap writes it."""
+    lines = ["frame,timestamp,keypoint,x,y,z,model,reprojection_error"]
+    for frame, cells in enumerate(rows(CENTRES)):
+        for n, name in enumerate(CENTRES):
+            places = ",".join(cells[3 * n : 3 * n + 3])
+            lines += [f"{frame},{frame / 60:.5f},{name},{places},mediapipe.body,0.1"]
+        lines += [f"{frame},{frame / 60:.5f},thumb,1,2,3,mediapipe.left_hand,0.1"]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [*(joints_table(axes) for axes in AXES), joints_table(AXES[2], ";"), tidy_table()],
+    ids=["_x", ".x", " X", "_position_x", "decimal commas", "a row a keypoint"],
+)
+def test_tables_of_joints_are_read_as_those_of_a_trc(text: str, tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text(text)
+    assert find_captures(tmp_path) == [tmp_path / "a.csv"]
+    clip, plain = read_capture(tmp_path / "a.csv", up="y"), read_trc(trc(CENTRES), "a.trc")
+    assert (clip.fps, clip.n_frames) == (60.0, FRAMES)
+    assert any("by the length of the legs it is 0.01 m" in note for note in clip.notes)
+    limbs = [*range(1, 9), *range(14, 17), *range(18, 21)]
+    both = [height_and_way(each)[..., limbs] for each in (clip, plain)]
+    np.testing.assert_allclose(*both, atol=0.01)
+
+
+def test_a_table_of_joints_without_times_has_its_rate_told() -> None:
+    data = joints_table(AXES[0], times=False).encode()
+    clip = read_takes_bytes(data, "markers")[""]
+    assert clip.fps == 30.0
+    assert "The table has no frame rate; 30 frames a second are taken" in " ".join(clip.notes)
+
+
+SEGMENTS = {"Hip": "UpperLeg", "Knee": "LowerLeg", "Ankle": "Foot", "BigToe": "Toe"}
+SEGMENTS |= {"Shoulder": "UpperArm", "Elbow": "ForeArm", "Wrist": "Hand"}
+
+
+def mvnx(who: Sequence[str] = ("P1",), *, places: bool = True) -> str:
+    """A take of MVN Animate; the first frames are poses, and z is up."""
+    names = {n: {"L": "Left", "R": "Right"}[n[0]] + SEGMENTS[n[1:]] if n[1:] in SEGMENTS else n
+             for n in CENTRES if n[1:] != "Heel"}  # fmt: skip
+    text = '<?xml version="1.0" encoding="UTF-8"?><mvnx xmlns="http://www.xsens.com/mvn/mvnx">'
+    for one in who:
+        segments = "".join(
+            f'<segment label="{name}"><points/></segment>' for name in names.values()
+        )
+        text += f'<subject label="{one}" frameRate="60"><segments>{segments}</segments><frames>'
+        none = " ".join(["0"] * 3 * len(names))
+        text += f'<frame type="tpose"><position>{none}</position></frame>'
+        for frame in range(FRAMES):
+            at = [(x, -z - frame, y) for x, y, z in (CENTRES[name] for name in names)]
+            cells = " ".join(f"{value / 100:.6f}" for place in at for value in place)
+            inner = f"<position>{cells}</position>" if places else "<orientation>1</orientation>"
+            text += f'<frame time="{frame * 16}" type="normal">{inner}</frame>'
+        text += "</frames></subject>"
+    return text + "</mvnx>"
+
+
+def test_segments_of_xsens_are_the_joints_of_each_performer() -> None:
+    clips = read_takes_bytes(mvnx(("P1", "P2")).encode(), "markers", path="a.mvnx")
+    plain = read_trc(trc(CENTRES), "a.trc")
+    assert [*clips] == ["P1", "P2"]
+    for clip in clips.values():
+        assert (clip.fps, clip.n_frames, clip.unit, clip.up) == (60.0, FRAMES, 1.0, "y")
+        legs = [height_and_way(each)[:, :, 1:9] for each in (clip, plain)]
+        np.testing.assert_allclose(legs[0], legs[1], atol=0.01)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (mvnx(places=False), "expected places of segments (position), found none"),
+        (mvnx().replace("</mvnx>", ""), "expected Xsens' MVNX with as many places as segments"),
+        (mvnx().replace("<position>0.", "<position>x "), "expected Xsens' MVNX"),
+        ("<?xml version='1.0'?><!DOCTYPE a []><mvnx/>", "expected XML without a DOCTYPE"),
+    ],
+    ids=["turns alone", "cut", "no numbers", "entities"],
+)
+def test_a_broken_mvnx_is_refused(text: str, said: str) -> None:
+    with pytest.raises(CaptureError) as error:
+        read_takes_bytes(text.encode(), "markers", path="a.mvnx")
+    assert said in str(error.value)
+
+
+def test_events_may_stand_before_the_trajectories(tmp_path: Path) -> None:
+    events = "Events\n60\nSubject,Context,Name,Time (s),Description\nAnn,Left,Foot Off,0.1,x\n\n"
+    (tmp_path / "a.csv").write_text(events + vicon(MARKERS))
+    assert find_captures(tmp_path) == [tmp_path / "a.csv"]
+    assert read_capture(tmp_path / "a.csv").n_frames == FRAMES
+
+
 MISSING = "By their numbers 3 frames are missing; they are taken as not seen."
 
 

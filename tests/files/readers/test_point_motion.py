@@ -1,12 +1,13 @@
 """Positions alone: names beside them, known orders, Kimodo's and HumanML3D's arrays."""
 
+import pickle
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from motiondb.body import hinges, kinematics, retarget, rotation
+from motiondb.body import body, hinges, kinematics, retarget, rotation
 from motiondb.errors import CaptureError
 from motiondb.files.formats import read_capture
 from motiondb.files.readers.point_motion import ORDERS, humanml3d_positions
@@ -47,7 +48,22 @@ def test_orders_have_the_numbers_of_joints_that_their_programs_have() -> None:
         "Unitree's G1 in Kimodo": 34,
         "Kinect": 25,
         "Human3.6M": 17,
+        "Human3.6M (32)": 32,
         "COCO": 17,
+        "COCO-WholeBody": 133,
+        "HALPE": 26,
+        "BODY_25": 25,
+        "OpenPose's COCO": 18,
+        "CMU Panoptic": 19,
+        "MPI-INF-3DHP": 17,
+        "MediaPipe": 33,
+        "FreeMoCap with hands and face": 553,
+        "Azure Kinect": 32,
+        "SMPL with landmarks": 45,
+        "SMPL-X": 55,
+        "SMPL-X with landmarks (127)": 127,
+        "SMPL-X with landmarks (144)": 144,
+        "KIT-ML": 21,
         "MotionBuilder with fingers": 53,
     }
     assert all(len({*order}) == len(order) for order in ORDERS.values())
@@ -69,6 +85,58 @@ def test_the_order_under_which_limbs_keep_their_lengths_is_taken_and_told(
     hips = names.index("L_Hip" if rig == "smpl" else "LeftUpLeg")
     np.testing.assert_allclose(mine[:, 1], points[:, hips], atol=0.02)
     assert theirs[:, :, 1].max() > 1.3  # it stands
+
+
+ROLES = {"Hip": "hip", "Knee": "knee", "Ankle": "ankle", "Shoulder": "shoulder", "Elbow": "elbow"}
+ROLES |= {"Wrist": "wrist", "Foot": "toe"}
+
+
+@pytest.mark.parametrize(
+    "order", [name for name, joints in ORDERS.items() if "L_Hip" in joints and name != "SMPL"]
+)
+def test_a_body_in_any_order_has_its_limbs_where_they_were(order: str, tmp_path: Path) -> None:
+    """Joints that no order shares with the body (eyes, hands) are at its head."""
+    at = dict(zip(body.JOINTS, _walk().joint_positions().transpose(1, 0, 2)))
+    at |= {"l_": at["head"], "r_": at["head"]}
+    trunk = {"Pelvis": "pelvis", "Spine1": "spine", "Spine": "spine", "Spine3": "chest"}
+    trunk |= {"Neck": "neck"}
+    spelt = [
+        f"{n[0].lower()}_{ROLES.get(n[2:], '')}" if n[:2] in ("L_", "R_") else trunk.get(n, "head")
+        for n in ORDERS[order]
+    ]
+    np.save(tmp_path / "w.npy", np.stack([at[role] for role in spelt], axis=1))
+    clip = read_capture(tmp_path / "w.npy", up="y")
+    assert any(f"in the order of {order}, under which" in note for note in clip.notes)
+    assert clip.fps == (12.5 if order == "KIT-ML" else 30.0)
+    found = retarget.clip_keypoints(clip)
+    for part in ("hip", "knee", "ankle", "shoulder", "elbow", "wrist"):
+        for side in "lr":
+            place = found[:, body.INDEX[f"{side}_{part}"]]
+            np.testing.assert_allclose(place, at[f"{side}_{part}"], atol=0.01)
+
+
+def test_the_rate_follows_from_what_only_one_program_writes(tmp_path: Path) -> None:
+    _, points, _ = _positions("smpl")
+    names = [name.replace("ToeBase", "Toe") for name in ORDERS["SMPL"]]
+    points = points[:, [_positions("smpl")[0].index(name) for name in names]]
+    left = points[0, 1] - points[0, 2] + points[0, 16] - points[0, 17]
+    turn = rotation.from_axis_angle([0.0, 1.0, 0.0], np.arctan2(left[2], left[0]))
+    points = rotation.rotate(turn, points - points[0, 0] * [1.0, 0.0, 1.0])
+    np.save(tmp_path / "w.npy", points)
+    clip = read_capture(tmp_path / "w.npy", up="y")
+    assert clip.fps == 20.0
+    assert clip.notes[1].startswith("The file has no frame rate; 20 frames a second are taken, as")
+    coco = np.random.default_rng(0).normal(size=(9, 17, 3))
+    (tmp_path / "d.pkl").write_bytes(pickle.dumps({"keypoints3d_optim": coco}))
+    with pytest.raises(CaptureError, match="or a known order whose"):
+        read_capture(tmp_path / "d.pkl")
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_several_bodies_in_one_array_are_named(axis: int, tmp_path: Path) -> None:
+    np.save(tmp_path / "w.npy", np.stack([np.zeros((20, 22, 3))] * 2, axis=axis))
+    with pytest.raises(CaptureError, match="expected positions of one body, found 2 in an array"):
+        read_capture(tmp_path / "w.npy")
 
 
 def test_zeros_are_lost_points_but_at_the_root(tmp_path: Path) -> None:
@@ -192,7 +260,7 @@ def test_quaternions_are_no_places_with_a_confidence(tmp_path: Path) -> None:
     ("array", "said"),
     [
         (np.zeros((10, 22, 2)), "expected positions of shape (frames, joints, 3)"),
-        (np.zeros((10, 13, 3)), "or a known order of 13 (known: 17, 22, 24, 25"),
+        (np.zeros((10, 13, 3)), "or a known order of 13 (known: 17, 18, 19, 21"),
         (np.full((10, 22, 3), np.nan), "or a known order whose limbs keep their lengths"),
         (np.zeros((0, 22, 3)), "expected positions of shape"),
     ],

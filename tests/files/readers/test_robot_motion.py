@@ -140,6 +140,12 @@ def test_a_workbook_called_a_table_is_named(folder: Path) -> None:
         read_capture(folder / "w.csv")
 
 
+def test_a_scene_around_the_model_is_not_taken_for_another_robot(folder: Path) -> None:
+    scene = '<mujoco model="scene"><include file="small.xml"/><worldbody/></mujoco>'
+    (folder / "scene.xml").write_text(scene)
+    _is_walk(read_capture(_csv(folder, TABLE), fps=30))
+
+
 def test_turns_that_are_no_quaternions_are_refused(folder: Path) -> None:
     table = TABLE.copy()
     table[:, 3:7] = np.deg2rad([0.0, 0.0, 30.0, 0.0])

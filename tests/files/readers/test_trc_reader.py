@@ -209,7 +209,7 @@ _LIKE = ("RASI", "RPSI", "RKNE", "RANK", "RTOE", "RSHO", "RELB", "RWRA")
 
 @pytest.mark.parametrize("spelt", _SPELT)
 def test_sets_of_laboratories_without_a_marker_of_the_neck(spelt: str) -> None:
-    """They give the joints of Plug-in Gait; the neck lies between the shoulders."""
+    """They give the joints of Plug-in Gait; the neck lies over the shoulders."""
     labels = _SPELT[spelt].split(";" if ";" in _SPELT[spelt] else None)
     places = {}
     for label, name in zip(labels, _LIKE):
