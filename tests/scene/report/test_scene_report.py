@@ -348,6 +348,9 @@ def test_what_is_kept_up_is_measured_between_its_steps_in_the_written_frames() -
     assert (moving.start, moving.end) == (0, 70)  # until the last act ends
     assert moving.after == pytest.approx(50 / 30, abs=0.3)  # stands from frame 20 on
     assert not moving.kept
+    other = read_diagram(KEEPING + "A1 keeps moving\n", "g.tactics", grammar.activity)
+    *_, acting = kept_reports(bind(other, grammar, trees), timeline, [joints, joints])
+    assert (acting.player, acting.after) == ("A1", 0.0)  # does in place what is drawn
     seen = {
         (one.kind, one.players[0]) for one in seen_faults(table, timeline, [joints] * 2, [], None)
     }
