@@ -48,6 +48,7 @@ class FreeDerivations(Derivations):
     def __init__(self, full: Derivations) -> None:
         super().__init__(full.grammar, full.items)
         self.free = Derivations(full.grammar, ())
+        self.refused = 0
 
     def draw(
         self,
@@ -60,6 +61,7 @@ class FreeDerivations(Derivations):
         """A subtree that leads from ``since`` to one of ``ends`` by chance, or None."""
         drawn = self.free.draw(symbol, 0, [0], rng, most)
         if drawn is None or self.run(drawn.actions, since)[-1] not in ends:
+            self.refused += 1
             return None
         return drawn
 
@@ -84,19 +86,20 @@ def run(
     chain = PaperChain(replace(play, derivations=free), start, rng)
     groups = clip_groups(play.library, text.grammar.weights.smooth, 1.0)
     none = np.zeros(6)
-    curve = [(time.process_time() - began, chain.best)]
+    curve, drawn, taken = [(time.process_time() - began, chain.best)], 0, 0
     while curve[-1][0] < seconds:
         for _ in range(20):
-            chain.move(chain.jump, INNER, groups, 1.0, none, 0.0)
+            taken += chain.move(chain.jump, INNER, groups, 1.0, none, 0.0)
+            drawn += 1
             chain.note_best()
         curve.append((time.process_time() - began, chain.best))
     return {
         "curve": curve[:: max(len(curve) // 200, 1)] + curve[-1:],
         "error": chain.best,
         "seconds": curve[-1][0],
-        "drawn": chain.jumps.tried,
-        "did not fit": chain.jumps.refused,
-        "taken": chain.jumps.taken,
+        "drawn": drawn,
+        "did not fit": sum(one.refused for one in free),
+        "taken": taken,
     }
 
 

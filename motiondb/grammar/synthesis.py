@@ -192,13 +192,7 @@ def choose_clips(
     return Choice(tuple(int(n[pick]) for n, pick in zip(numbers, picks)), cost)
 
 
-def synthesise(
-    terminals: Terminals,
-    clips: Sequence[int],
-    source: ClipSource,
-    start: tuple[float, float] = (0.0, 0.0),
-    heading: float = 0.0,
-) -> Synthesis:
+def synthesise(terminals: Terminals, clips: Sequence[int], source: ClipSource) -> Synthesis:
     """Join segments to one motion.
 
     The motion has as many frames as the segments together. Outside the seams, poses are those of
@@ -210,7 +204,7 @@ def synthesise(
     stitched = stitching.stitch(pieces, dict(source.paths))
     leg_length = float(np.median([source.leg_lengths[int(take)] for take in takes]))
     motion = contact.lock_feet(
-        pose_vectors.from_path(stitched.path, stitched.rotations, start, heading, leg_length)
+        pose_vectors.from_path(stitched.path, stitched.rotations, (0.0, 0.0), 0.0, leg_length)
     )
     until = np.cumsum(ends - starts)
     return Synthesis(

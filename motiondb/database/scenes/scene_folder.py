@@ -123,7 +123,7 @@ def report_text(scene: store.StoredScene) -> str:
         for c in facts.collisions
     ]
     lines += impossible_lines(facts)
-    lines += [*_limb_lines(facts), *_guard_lines(facts), *_feet_lines(facts), "", "made from:"]
+    lines += [*_guard_lines(facts), *_feet_lines(facts), "", "made from:"]
     lines += [f"  {s.capture}, licence {s.licence}, {s.frames} frames" for s in facts.sources]
     return "\n".join(lines)
 
@@ -187,8 +187,10 @@ _SEEN = {
     "misses": "what {0} sends misses the {1} by {value:.2f} m",
     "object": "the object passes through {0}",
     "reach": "{0} reaches for the object, which is {value:.1f} m away",
-    "order": "{0} begins only when {1} has ended step {value:.0f}, which comes later",
+    "order": "{1} does step {value:.0f} before {0} does an earlier one",
     "place": "{0} passes through the {1}",
+    "leap": "{0} goes from {1} to {2} at once, with no clip that leads there",
+    "limbs": "limbs of {0} and {1} touch, {value:.2f} m between their bones",
 }
 
 
@@ -202,15 +204,6 @@ def seen_lines(facts: answers.SceneAnswer) -> list[str]:
         for one in facts.seen
     ]
     return ["seen at once, whatever the rules:", *(f"  {line}" for line in told)] if told else []
-
-
-def _limb_lines(facts: answers.SceneAnswer) -> list[str]:
-    pairs = facts.near_limbs
-    return ["limbs of two players within 5 cm:"] * bool(pairs) + [
-        f"  {' and '.join(p.players)}, {p.n_frames} frames,"
-        f" nearest {p.metres:.2f} m at frame {p.frame}"
-        for p in pairs
-    ]
 
 
 def _guard_lines(facts: answers.SceneAnswer) -> list[str]:

@@ -432,5 +432,5 @@ def _badness(made: MadeScene) -> tuple[int, float]:
 
 def _faults(report: SceneReport) -> int:
     """Return the number of what is wrong in a scene: broken rules, and what a viewer sees."""
-    seen = sum(one.kind in ("misses", "object", "reach") for one in report.seen)
+    seen = sum(one.kind in ("misses", "object", "reach", "order") for one in report.seen)
     return len(report.broken) + len(report.collisions) + len(report.impossible) + seen

@@ -493,7 +493,8 @@ def clip_motion(
     `before`: Frames of the capture added before the entry, for blending. They are stretched like
     the entry, and bend no further.
     """
-    motion = _motion_of(source, motions)
+    motion = captured(source, motions)
+    motion = retarget.mirror(motion) if source.mirrored else motion
     frames = source_frames(source, motion.n_frames, before, after)
     local, heading = pose_vectors.heading_rotations(motion)
     root = motion.root_positions[frames].astype(np.float64)
@@ -513,11 +514,11 @@ def clip_motion(
     )
 
 
-def _motion_of(source: ClipSource, motions: Mapping[str, Motion]) -> Motion:
+def captured(source: ClipSource, motions: Mapping[str, Motion]) -> Motion:
+    """Return the motion of the capture that a clip was taken from."""
     if source.capture not in motions:
         raise SceneError(
             f"{source.capture}: expected the capture that a clip was taken from, found none of"
             " this name. Add it again, or make the scene again."
         )
-    motion = motions[source.capture]
-    return retarget.mirror(motion) if source.mirrored else motion
+    return motions[source.capture]

@@ -22,7 +22,6 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import permutations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,10 +79,7 @@ from motiondb.scene.language.semantic_rules import (
     Target,
 )
 from motiondb.scene.language.semantic_rules import THROUGHOUT as THROUGHOUT_NAME
-from motiondb.scene.language.tactics import Diagram, aligned
-
-# The semantic rules of a scene in one table of numbers for compiled code.
-
+from motiondb.scene.language.tactics import Diagram, Directed, answered
 
 POSITION, DIRECTION, SYNCHRONISATION, DISTANCE, LINE, UNMET, ORDER = range(7)
 AT_START, AT_END, AT_EVENT, THROUGHOUT, ON_THE_WAY = range(5)
@@ -100,7 +96,9 @@ KINDS: dict[type, int] = {
 
 ORDER_WEIGHT, THROUGH_WEIGHT = 0.5, 0.05
 """c_k of a late step, s, and of a way through a table, a share of frames. Chosen by hand."""
-_FAR = 1.0  # Metres beyond a distance of an act's rule from which on somebody goes there first
+_FAR = 1.0
+"""Metres beyond a distance of an act's rule from which on somebody goes there first; half of it
+where something is taken or put, which nobody does while walking."""
 UNMET_WEIGHT = 0.1  # c_k of a rule whose role nobody fills: it costs 10, like a broken distance
 
 ROW = np.dtype(
@@ -139,8 +137,9 @@ class RuleTable:
 
     Beside the rules there are wishes, which only the sampling weighs, and which the report tells in
     other words if they are not fulfilled: nobody walks through what stands on the ground, and
-    (ORDER) action ``first`` of the player begins before action ``partner_first`` of the player
-    ``target`` ends, because the diagram draws it in an earlier step.
+    (ORDER) action ``first`` of the player comes before action ``partner_first`` of the player
+    ``target``, because the diagram draws it in an earlier step. Their events count; of a way its
+    beginning (AT_START) and its end (``fraction`` is 1).
     """
 
     players: tuple[str, ...]  # Names in the order of the diagram; the rows hold their indices
@@ -262,6 +261,7 @@ class Binder:
         """Return whether the rules of all actions of an item ask for somewhere else."""
         item, place_at = self.items[player][number], self.diagram.place_at
         here, step = item.way[0], self.diagram.elements[item.element].step
+        deeds = {self.grammar.activity.deed(action) for action in item.actions}
         asked = [set(self.grammar.rules_of(action, ())) for action in item.actions]
         for rule in set.intersection(*asked):
             if not isinstance(rule, DistanceRule):
@@ -271,7 +271,7 @@ class Binder:
             if target and target[0] >= 0:
                 ends = [place_at(self.names[target[0]], when) for when in (step - 1, step)]
             apart = min(math.hypot(spot.x - here.x, spot.z - here.z) for spot in ends)
-            if apart > rule.far + _FAR:
+            if apart > rule.far + (_FAR if deeds.isdisjoint((TAKE, PUT)) else _FAR / 2.0):
                 return True
         return False
 
@@ -313,11 +313,13 @@ class Binder:
         return tuple(self.grammar.unasked(one.team) for one in self.diagram.players)
 
     def _orders(self, strings: Sequence[BoundString]) -> Iterator[tuple[float, ...]]:
-        """Yield that players begin a step before others end a later one."""
+        """Yield that players do a step before others do a later one."""
         for one, k, other, m in self._unlinked:
             first, last = strings[one].spans[k][0], strings[other].spans[m][1] - 1
+            moment = AT_START if self.items[one][k].repeated else AT_EVENT
+            until = float(self.items[other][m].repeated)
             yield (
-                *(ORDER, one, first, first + 1, AT_START, 0.0, other, 0.0, 0.0, *_NOTHING),
+                *(ORDER, one, first, first + 1, moment, until, other, 0.0, 0.0, *_NOTHING),
                 *(0.0, math.inf, 0.0, -1, last, last, ORDER_WEIGHT),
             )
 
@@ -333,9 +335,7 @@ class Binder:
             at, near = (POINT, place.at.x, place.at.z), place.width / 2.0
             for player, string in enumerate(strings):
                 rows = np.array([row for row in string.rows if row], dtype=ROW)
-                there = (rows["kind"] == DISTANCE) & (rows["target"] == POINT)
-                there &= (rows["x"] == at[1]) & (rows["z"] == at[2]) & (rows["far"] < near + 0.1)
-                if not there.any():
+                if not place.leading_into(rows).any():
                     whole = DISTANCE, player, 0, len(string.actions), THROUGHOUT, 0.0
                     yield *whole, *at, *_NOTHING, near, math.inf, 0.0, -1, -1, -1, THROUGH_WEIGHT
 
@@ -397,7 +397,7 @@ class Binder:
             if action in sends:
                 of = [n for n, (first, last) in enumerate(string.spans) if first <= k < last]
                 item = items[of[0]] if of else Item((action,))
-                yield (player, k), self._role(TARGET, item, self.names[player])
+                yield (player, k), self.role(TARGET, item, self.names[player])
 
     def string(self, player: int, tree: Tree, chosen: Spans | None = None) -> BoundString:
         """Return a player's rules in a tree.
@@ -465,8 +465,10 @@ class Binder:
             partner, meant = self._partner(rule, stretch, strings)
             partners.extend(meant)
             target = target if meant else None
-            if self._touches(strings[stretch.player].actions[stretch.first]):
-                touched = [m for m in meant if self._touches(strings[partner].actions[m])]
+            said = self.grammar.terminal
+            if said[strings[stretch.player].actions[stretch.first]].event == _CONTACT:
+                theirs = strings[partner].actions if meant else ()
+                touched = [m for m in meant if said[theirs[m]].event == _CONTACT]
                 contacts.update((stretch.player, stretch.first, partner, m) for m in touched)
         kind, weight = KINDS[type(rule)], rule.weight
         if target is None or other is None:
@@ -491,9 +493,6 @@ class Binder:
         spot = self._places.get(target)
         return (POINT, spot.x, spot.z) if spot else None
 
-    def _touches(self, action: str) -> bool:
-        return self.grammar.terminal[action].event == _CONTACT
-
     def _named(self, name: str, stretch: _Stretch) -> str:
         """Return the player or place that a name in a rule means, or ""."""
         if name in self._number or name in self._places:
@@ -503,9 +502,9 @@ class Binder:
         thing = self.grammar.activity.thing
         if thing and name == thing.name:
             return lies_at(self.diagram, element)
-        return self._role(name, item, self.names[stretch.player])
+        return self.role(name, item, self.names[stretch.player])
 
-    def _role(self, role: str, item: Item | None, who: str) -> str:
+    def role(self, role: str, item: Item | None, who: str) -> str:
         """Return the player or place that fills a role in an action of a player, or ""."""
         other = item.other if item else ""
         activity, player = self.grammar.activity, self.diagram.player
@@ -545,11 +544,8 @@ class Binder:
         for said in self.grammar.activity.answers:
             acts = [self._directed(n, string, said.acts) for n, string in enumerate(strings)]
             replies = [self._directed(n, string, said.answers) for n, string in enumerate(strings)]
-            for one, other in permutations(range(len(strings)), 2):
-                asked = [act for act in acts[one] if act[2] == other]
-                given = [reply for reply in replies[other] if reply[2] == one]
-                for act, reply in aligned([a[:2] for a in asked], [r[:2] for r in given]):
-                    yield self._answer(said, (one, act), (other, reply))
+            for act, reply in answered(said, acts, replies):
+                yield self._answer(said, act, reply)
 
     def _answer(self, said: Answers, act: tuple[int, int], reply: tuple[int, int]) -> _Stretch:
         """Return the rule of an act and its answer, either of which may be missing (-1)."""
@@ -563,8 +559,8 @@ class Binder:
 
     def _directed(
         self, player: int, string: BoundString, actions: tuple[str, ...]
-    ) -> list[tuple[int, int, int]]:
-        """Return a player's actions of a kind: number, step of the diagram or -1, towards whom."""
+    ) -> list[Directed]:
+        """Return a player's actions of a kind."""
         found = []
         for k, action in enumerate(string.actions):
             if action not in actions:
@@ -572,8 +568,10 @@ class Binder:
             of = [n for n, (first, last) in enumerate(string.spans) if first <= k < last]
             item = self.items[player][of[0]] if of else None
             element = self.diagram.elements[item.element] if item and item.element >= 0 else None
-            to = (item.other if item else "") or (self.diagram.faced(element) if element else "")
-            target = self._number.get(to or self.diagram.partner_of(self.names[player]), -1)
+            to = item.other if item and element else self.diagram.partner_of(self.names[player])
+            if element and element.player == self.names[player]:
+                to = self.diagram.faced(element)
+            target = self._number.get(to, -1)
             found.append((k, element.step if element else -1, target))
         return found
 

@@ -33,7 +33,7 @@ from motiondb.scene.language.semantic_rules import PASS_SPEED, SMALLEST
 LATEST = 1.0
 """Seconds from which on a late step is no worse: a search has to pass such scenes."""
 EARLIER = 6
-"""Frames by which somebody begins a step before another ends a later one: polishing moves both."""
+"""Frames by which a step is to come before a later one of somebody else: polishing moves both."""
 
 
 @inlined
@@ -197,8 +197,13 @@ def rule_value(scene: SceneArrays, library: ClipArrays, r: int) -> tuple[float, 
         value, meant = _synchronisation(scene, library, r)
         return value, -1, meant
     if row.kind == ORDER:
-        end = scene.begin[row.target, row.partner_first + 1]
-        late = scene.begin[row.player, row.first] + EARLIER - end
+        m = row.partner_first
+        end = scene.begin[row.target, m + 1]
+        until = end
+        if row.fraction == 0.0:
+            until = scene.begin[row.target, m] + library.clips[scene.entry[row.target, m]].event
+        k, frame = moment_of(scene, library, r)
+        late = scene.begin[row.player, k] + frame + EARLIER - until
         return min(max(late, 0) / MOTION_FPS, LATEST), end, -1
     if row.moment == THROUGHOUT:
         value, seen = _throughout(scene, r)

@@ -1,4 +1,4 @@
-"""The best origin and delay of a string of clips, in closed form, as the start of a search.
+"""The best origin of a string of clips, in closed form, as the start of a search.
 
 The origin of a player's string is a rigid motion of the plane. It brings the places where the
 string is when its position rules look as near as possible to the places that they ask for, and its
@@ -10,8 +10,8 @@ with q_k the actual and p_k the required positions, both relative to their weigh
 w = 1 / c. The first sum alone is Procrustes' problem. If no rule determines the heading, a player
 with a distance or line rule faces its target.
 
-Delays: each synchronisation rule asks that one string begins a certain time after another. The
-least squares solution, with every group of linked players beginning at 0, is found by relaxation.
+Delays that fulfil the synchronisations best were computed here, too, by relaxation; searches that
+begin without any end about as low (docs/measured/scenes.md).
 
 Source: P. H. Schönemann, "A generalized solution of the orthogonal Procrustes problem",
 Psychometrika 31 (1966), here in the plane. The paper on motion grammars does not say where a string
@@ -22,32 +22,27 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
-from motiondb.grammar.kernels import kernel, maker
-from motiondb.records import MOTION_FPS, FloatArray, IntArray
+from motiondb.grammar.kernels import kernel
 from motiondb.scene.energy.binding import (
     DIRECTION,
     DISTANCE,
     HEADING,
     LINE,
     POSITION,
-    SYNCHRONISATION,
     THROUGHOUT,
 )
 from motiondb.scene.energy.energy import evaluate
 from motiondb.scene.energy.placement import ClipArrays, place_in_clip, put_origin
-from motiondb.scene.energy.rule_kernels import lateness, moment_of
-from motiondb.scene.energy.scene_arrays import MOST_DELAY, SceneArrays, place_of, place_string
+from motiondb.scene.energy.rule_kernels import moment_of
+from motiondb.scene.energy.scene_arrays import SceneArrays, place_of, place_string
 
-_SWEEPS = 4  # Rounds over all players: directions and delays depend on the places of the others
-_RELAXATIONS = 200  # Rounds of relaxation; enough for chains of a dozen players to converge
+_SWEEPS = 4  # Rounds over all players: directions depend on the places of the others
 _SURE = 1e-9  # Length below which a vector has no direction
 
 
-@maker
+@kernel
 def place_start(scene: SceneArrays, library: ClipArrays) -> float:
-    """Set the best origins and delays of all players, and return -log P(Y).
+    """Set the best origins of all players, and return -log P(Y).
 
     It cannot be undone.
     """
@@ -55,7 +50,6 @@ def place_start(scene: SceneArrays, library: ClipArrays) -> float:
     for sweep in range(_SWEEPS):
         for player in range(n_players):
             place_player(scene, library, player, sweep > 0)
-        set_delays(scene, library)
     return evaluate(scene, library)
 
 
@@ -82,57 +76,6 @@ def place_player(scene: SceneArrays, library: ClipArrays, player: int, facing: b
     theta = scene.placed[player, 0, 2] + turn
     put_origin(scene.placed[player], px + x * c + z * s, pz - x * s + z * c, theta)
     place_string(scene, library, player, -1)
-
-
-@maker
-def set_delays(scene: SceneArrays, library: ClipArrays) -> None:
-    """Set the delays of all players that fulfil the synchronisation rules best.
-
-    It changes delays, strings and grids, nothing else: evaluate() must follow. Players whom no rule
-    links with anybody begin at 0. Of several actions of a partner the first is taken.
-    """
-    n_players = len(scene.n_clips)
-    starts = np.zeros(n_players)  # seconds
-    group = np.arange(n_players)
-    for player in range(n_players):
-        scene.begin[player, 0] = 0
-        place_string(scene, library, player, -1)
-    for _ in range(_RELAXATIONS):
-        for player in range(n_players):
-            starts[player] += _later(scene, library, player, starts, group)
-    for player in range(n_players):
-        first = starts[player]
-        for other in range(n_players):
-            if group[other] == group[player]:
-                first = min(first, starts[other])
-        frames = round((starts[player] - first) * MOTION_FPS)
-        scene.begin[player, 0] = min(frames, MOST_DELAY)
-    for player in range(n_players):
-        place_string(scene, library, player, -1)
-
-
-@kernel
-def _later(
-    scene: SceneArrays, library: ClipArrays, player: int, starts: FloatArray, group: IntArray
-) -> float:
-    """Return by how many seconds a player should begin later, given the others' ``starts``.
-
-    Players linked by a rule get the same ``group``.
-    """
-    later, links = 0.0, 0.0
-    for r in range(len(scene.rows)):
-        row = scene.rows[r]
-        if row.kind != SYNCHRONISATION or row.player == row.partner:
-            continue
-        if row.player == player or row.partner == player:
-            first = scene.partners[row.partner_first]
-            asked = lateness(scene, library, r, first) / MOTION_FPS
-            asked += starts[row.partner] - starts[row.player]
-            later += (asked if row.player == player else -asked) / row.weight
-            links += 1.0 / row.weight
-            linked = min(group[row.player], group[row.partner])
-            group[row.player] = group[row.partner] = linked
-    return later / links if links > 0.0 else 0.0
 
 
 @kernel

@@ -12,9 +12,13 @@ Forum 35 (2016), section 4, where all of this is basketball's.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from dataclasses import dataclass, field
 from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
 
 from motiondb.scene.language.semantic_rules import Spot
 
@@ -55,6 +59,12 @@ class Place:
     def is_in_the_way(self) -> bool:
         """Whether it stands on the ground as a table does, so that nobody walks through it."""
         return not self.is_upright and 0.0 < self.height < _OVERHEAD
+
+    def leading_into(self, rows: NDArray[np.void]) -> NDArray[np.bool_]:
+        """Return which rows of a table of rules lead into it, as onto a chair."""
+        at = self.at or Spot(math.nan, math.nan)
+        here = (rows["target"] < 0) & (rows["x"] == at.x) & (rows["z"] == at.z)
+        return np.asarray(here & (rows["far"] < self.width / 2.0 + 0.1))
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ from motiondb.scene.language.semantic_rules import (
     Spot,
     SynchronisationRule,
 )
-from motiondb.scene.language.tactics import DOES, Act, Diagram
+from motiondb.scene.language.tactics import DOES, Act, Diagram, paired
 
 # Smooth curves through points, used to draw and to interpret the moves of a diagram.
 
@@ -212,14 +212,9 @@ def g_user(string: Sequence[str], expression: Sequence[Collection[str]]) -> int:
     >>> g_user("walk catch shoot".split(), wanted)
     1
     """
-    row = [0] * (len(expression) + 1)
-    for action in string:
-        above = row
-        row = [0]
-        for number, members in enumerate(expression, start=1):
-            both = above[number - 1] + 1 if action in members else 0
-            row.append(max(above[number], row[-1], both))
-    return len(expression) - row[-1]
+    worth = [[1.0 if action in members else -1.0 for members in expression] for action in string]
+    missed = {member for action, member in paired(worth, len(expression)) if action < 0}
+    return len(missed)
 
 
 Spans = tuple[tuple[int, int], ...]

@@ -44,7 +44,7 @@ from motiondb.scene.language.semantic_rules import (
     Spot,
     SynchronisationRule,
 )
-from motiondb.scene.language.texts import UNITS, Quantity, Reading
+from motiondb.scene.language.texts import HOW_FAR, UNITS, Quantity, Reading
 
 if TYPE_CHECKING:
     from lark import Token
@@ -108,7 +108,7 @@ class GrammarReading(Reading):
         "NAME": "The first name must be followed by '->', ':=' or ':'.",
         "_START": "Write 'start S', or 'start S for attack'.",
         "_VERB": "Write 'verb move = walk | run to X Z', or 'verb pass = throw to receiver'.",
-        "_DISTANCE": "Write <= 2.5 m, >= 1.5 m, or 0.5 m .. 2 m.",
+        "_DISTANCE": HOW_FAR,
         "_LINE": "A line has two ends: line(opponent, rim).",
         "_SYNCHRONISATION": "Write synchronisation(receiver, catch, flight), or 0 s.",
         "_EVENT": "Write 'event release', or 'event lowest(head)'.",
@@ -365,16 +365,6 @@ class GrammarReading(Reading):
 
     def _distance(self, target: Token, bounds: tuple[float, float]) -> SemanticRule:
         return DistanceRule(str(target), *bounds, weight=_UNSTATED)
-
-    def _bounds(self, first: Token | Quantity, second: Quantity) -> tuple[float, float]:
-        if isinstance(first, tuple):
-            (near, token), (far, _) = first, second
-        else:
-            size, token = second
-            near, far = (0.0, size) if first[0] == "<" else (size, math.inf)
-        if not 0.0 <= near <= far:
-            self.fail(token, "distances of 0 or more, the nearer first", self.advice["_DISTANCE"])
-        return near, far
 
     def _line(self, first: Token, second: Token) -> SemanticRule:
         return LineRule(str(first), str(second), weight=_UNSTATED)

@@ -115,6 +115,15 @@ class DistanceRule:
     weight: float = 0.1
 
 
+def bounds_text(near: float, far: float) -> str:
+    """Return the bounds of a distance as they are written.
+
+    >>> bounds_text(0.5, 2.0), bounds_text(1.0, math.inf)
+    ('0.5 m .. 2 m', '>= 1 m')
+    """
+    return f">= {near:g} m" if math.isinf(far) else f"{near:g} m .. {far:g} m"
+
+
 @dataclass(frozen=True)
 class LineRule:
     """Be on the segment from ``first`` to ``second``; ``weight`` in metres."""

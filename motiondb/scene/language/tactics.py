@@ -26,11 +26,12 @@ from motiondb.scene.language.activity import (
     RECEIVER,
     TARGET,
     Activity,
+    Answers,
     Ground,
     Step,
     Verb,
 )
-from motiondb.scene.language.semantic_rules import Spot
+from motiondb.scene.language.semantic_rules import Spot, bounds_text
 
 BODY_WIDTH = 0.5
 """Smallest distance between two players, m: about the width of a body. Nearer players touch."""
@@ -96,7 +97,7 @@ class Stretch:
 
     def __str__(self) -> str:
         """Return the stretch as it is written."""
-        what = f"{self.near:g} m .. {self.far:g} m to {self.other}" if self.other else "moving"
+        what = f"{bounds_text(self.near, self.far)} to {self.other}" if self.other else "moving"
         return f"{self.player} keeps {what}" + f" from {self.first} to {self.last}" * bool(
             self.last
         )
@@ -182,22 +183,25 @@ class Diagram:
 
     def _undrawn_answers(self) -> Iterator[tuple[int, tuple[str, ...], str]]:
         """Yield every element whose answer is not drawn, the answers of the grammar, and whose."""
+        names = list(self.player)
         for said in self.activity.answers:
-            for one, other in permutations(self.player, 2):
-                acts, replies = self._drawn(said.acts, one, other), self._drawn(said.answers, other)
-                for number, reply in aligned(acts, replies):
-                    if number >= 0 > reply:
-                        yield number, said.answers, other
+            acts, replies = (
+                [self._drawn(actions, name) for name in names]
+                for actions in (said.acts, said.answers)
+            )
+            for (_, number), (other, reply) in answered(said, acts, replies):
+                if number >= 0 > reply:
+                    yield number, said.answers, names[other]
 
-    def _drawn(self, actions: Sequence[str], name: str, to: str = "") -> list[tuple[int, int]]:
-        """Return the elements of a player that ask for one of these, with their steps in order."""
+    def _drawn(self, actions: Sequence[str], name: str) -> list[Directed]:
+        """Return the elements of a player that ask for one of these, in the order of steps."""
+        order = {name: number for number, name in enumerate(self.player)}
         found = [
-            (number, one.step)
+            (number, one.step, order.get(self.faced(one), -1))
             for number, one in enumerate(self.elements)
-            if one.player == name and set(self.verb(one, True).last) <= set(actions)
-            if to in ("", self.faced(one))
+            if one.player == name and self._does(one, actions)
         ]
-        return sorted(found, key=lambda pair: pair[1])
+        return sorted(found, key=lambda directed: directed[1])
 
     def place_at(self, name: str, step: int) -> Spot:
         """Return where a player is drawn at a step of the diagram, or after it."""
@@ -206,20 +210,39 @@ class Diagram:
         return max(ways, key=lambda way: way[0])[1] if ways else self.player[name].at
 
     def faced(self, one: Element) -> str:
-        """Return whom an act or an answer is to: who is named, or who answers or acts in its step.
+        """Return whom an act or an answer is to: who answers or acts in its step, or is named.
 
         Else it is to the partner of its player.
         """
-        if one.other:
-            return one.other
-        others = [e for e in self.elements if e.step == one.step and e.player != one.player]
         for said in self.activity.answers:
-            for own, theirs in ((said.acts, said.answers), (said.answers, said.acts)):
-                for other in others if set(self.verb(one, True).last) <= set(own) else ():
-                    does = set(self.verb(other, True).last)
-                    if other.other in ("", one.player) and does <= set(theirs):
-                        return other.player
-        return self.partner_of(one.player)
+            if met := self._answering(one, said):
+                return met
+            if not one.other and self._does(one, said.answers):
+                for act in self.elements:
+                    if act.step == one.step and self._answering(act, said) == one.player:
+                        return act.player
+        return one.other or self.partner_of(one.player)
+
+    def _answering(self, act: Element, said: Answers) -> str:
+        """Return who answers an act in its step: who is named, if others are not drawn to; or "".
+
+        A batter swings at what the pitcher throws to the catcher.
+        """
+        there = [e for e in self.elements if e.step == act.step and e.player != act.player]
+        named = {e.other for e in there if act.other}
+        met = [
+            e.player
+            for e in there
+            if self._does(e, said.answers)
+            if e.other == act.player or not (e.other or e.player in named)
+        ]
+        if not self._does(act, said.acts):
+            return ""
+        return act.other if act.other in met or not met else met[0]
+
+    def _does(self, one: Element, actions: Sequence[str]) -> bool:
+        """Return whether an element ends with one of these actions."""
+        return set(self.verb(one, True).last) <= set(actions)
 
     def opponent_of(self, name: str) -> str:
         """Return a player's opponent: by ``guards``, else the nearest of another role, or ""."""
@@ -245,12 +268,9 @@ class Diagram:
         others = [other for other in self.players if other.name != name]
         return self.opponent_of(name) or self._nearest(player, others)
 
-    def filled(self, role: str, name: str, element: Element | None = None) -> str:
-        """Return the player or place that fills a role in an element of a player, or ""."""
-        if role == TARGET:
-            aimed = [self.activity.aim(a) for a in self.verb(element, True).last] if element else []
-            return (element.target or element.other if element else "") or "".join(aimed[:1])
-        if role == RECEIVER:
+    def filled(self, role: str, name: str) -> str:
+        """Return the player who fills a role for another where no element says, or ""."""
+        if role in (TARGET, RECEIVER):
             return ""
         if role == OPPONENT:
             return self.opponent_of(name)
@@ -268,6 +288,32 @@ def _apart(one: Spot, other: Spot) -> float:
     return float(((one.x - other.x) ** 2 + (one.z - other.z) ** 2) ** 0.5)
 
 
+Directed = tuple[int, int, int]
+"""The number of an act or an answer, its step (-1: not drawn), and the player it is to, or -1."""
+
+
+def answered(
+    said: Answers, acts: Sequence[Sequence[Directed]], replies: Sequence[Sequence[Directed]]
+) -> Iterator[tuple[tuple[int, int], tuple[int, int]]]:
+    """Yield who acts and the act, and who answers and the answer; -1 for one that is missing.
+
+    An answer is to who acted, unless it is an act, too: in a rally the ball is hit on to anybody.
+    """
+    rally, everybody = not set(said.acts).isdisjoint(said.answers), range(len(acts))
+    groups = (
+        [(everybody, n) for n in everybody]
+        if rally
+        else [(range(one, one + 1), other) for one, other in permutations(everybody, 2)]
+    )
+    for by, other in groups:
+        asked = [(k, step, one) for one in by for k, step, to in acts[one] if to == other]
+        asked.sort(key=lambda act: act[1])
+        to = {m: who for m, _, who in replies[other]}
+        given = [(m, step) for m, step, who in replies[other] if rally or who in by]
+        for i, reply in aligned([(i, act[1]) for i, act in enumerate(asked)], given):
+            yield (asked[i][2], asked[i][0]) if i >= 0 else (to[reply], -1), (other, reply)
+
+
 def aligned(
     acts: Sequence[tuple[int, int]], replies: Sequence[tuple[int, int]]
 ) -> list[tuple[int, int]]:
@@ -278,17 +324,30 @@ def aligned(
     >>> aligned([(0, 1), (3, 2)], [(1, 2)])
     [(0, -1), (3, 1)]
     """
+    numbers = [[*(number for number, _ in of), -1] for of in (acts, replies)]
+    worth = [[1.0 + 0.5 * (step == their) for _, their in replies] for _, step in acts]
+    return [(numbers[0][k], numbers[1][m]) for k, m in paired(worth, len(replies))]
+
+
+def paired(worth: Sequence[Sequence[float]], n_columns: int) -> list[tuple[int, int]]:
+    """Return pairs of rows and columns, both in order, of the largest sum of their worth.
+
+    -1 stands for what a row or a column is missing. What is worth less than 0 is no pair.
+
+    >>> paired([[-1.0, 1.0, -1.0], [1.0, -1.0, -1.0], [-1.0, -1.0, 1.0]], 3)
+    [(-1, 0), (0, 1), (1, -1), (2, 2)]
+    """
     best: list[list[tuple[float, list[tuple[int, int]]]]]
-    best = [[(0.0, [(-1, m) for m, _ in replies[:j]]) for j in range(len(replies) + 1)]]
-    for i, (k, step) in enumerate(acts, start=1):
-        row = [(best[i - 1][0][0], [*best[i - 1][0][1], (k, -1)])]
-        for j, (m, their) in enumerate(replies, start=1):
-            (left, one), (up, two), (both, three) = row[j - 1], best[i - 1][j], best[i - 1][j - 1]
+    best = [[(0.0, [(-1, m) for m in range(j)]) for j in range(n_columns + 1)]]
+    for k, columns in enumerate(worth):
+        row = [(best[k][0][0], [*best[k][0][1], (k, -1)])]
+        for m, value in enumerate(columns):
+            (left, one), (up, two), (both, three) = row[m], best[k][m + 1], best[k][m]
             row.append(
                 max(
                     (up, [*two, (k, -1)]),  # the earliest of several that are as good
                     (left, [*one, (-1, m)]),
-                    (both + 1.0 + 0.5 * (step == their), [*three, (k, m)]),
+                    (both + value, [*three, (k, m)]),
                     key=lambda found: found[0],
                 )
             )

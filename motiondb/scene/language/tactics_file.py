@@ -266,15 +266,11 @@ class _DiagramReading(Reading):
         self.once(earlier, ("times", step, since), f"once how long after {since} step {step} comes")
         self._add(times=(*self.diagram.times, (step, lag[0], since)))
 
-    def _keeps(self, who: Token, near: Token | Quantity, *more: Any) -> None:  # noqa: ANN401
+    def _keeps(self, who: Token, kept: Token | tuple[float, float], *more: Any) -> None:  # noqa: ANN401
         *others, first, last = more
         stretch = Stretch(str(who), line=who.line or 0)
-        if isinstance(near, tuple):
-            far, other = others
-            if not 0.0 <= near[0] <= far[0]:
-                what = "distances of 0 or more, the nearer first"
-                self.fail(near[1], what, self.advice["_KEEPS"])
-            stretch = replace(stretch, near=near[0], far=far[0], other=str(other))
+        if isinstance(kept, tuple):
+            stretch = replace(stretch, near=kept[0], far=kept[1], other=str(others[0]))
         if first:
             stretch = replace(stretch, first=self._number_of(first), last=self._number_of(last))
             if stretch.last < stretch.first:

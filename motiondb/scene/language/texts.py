@@ -31,6 +31,7 @@ UNITS: dict[str, dict[str, float]] = {
     "time": {"s": 1.0, "frames": 1.0 / 30.0, "ms": 0.001},
 }  # Units of every quantity, as multiples of metres, radians and seconds
 
+HOW_FAR = "Write <= 2.5 m, >= 1.5 m, or 0.5 m .. 2 m."  # What to do about bounds of a distance
 SMALLEST, LARGEST = 2.0, 100.0
 """Limits of the size of the ground, m. Outside, the file is likely to use another unit."""
 
@@ -282,6 +283,17 @@ class Reading:
 
     def _spot(self, x: Token, z: Token) -> Spot:
         return Spot(self.number(x), self.number(z))
+
+    def _bounds(self, first: Token | Quantity, second: Quantity) -> tuple[float, float]:
+        """Return the least and the largest distance, m."""
+        if isinstance(first, tuple):
+            (near, token), (far, _) = first, second
+        else:
+            size, token = second
+            near, far = (0.0, size) if first[0] == "<" else (size, math.inf)
+        if not 0.0 <= near <= far:
+            self.fail(token, "distances of 0 or more, the nearer first", HOW_FAR)
+        return near, far
 
     def _length(self, number: Token, unit: Token) -> Quantity:
         """Return a quantity."""

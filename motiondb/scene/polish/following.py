@@ -13,7 +13,7 @@ Nobody is touched, and where a rule of somebody else would fail, the guard stand
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,10 +23,9 @@ from motiondb.records import FloatArray, IntArray
 from motiondb.scene.clips.clip_cutting import compose
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy.binding import RuleTable
-from motiondb.scene.language.expressions import expressions
-from motiondb.scene.language.semantic_rules import DistanceRule
 from motiondb.scene.polish.path_editing import COMFORT
 from motiondb.scene.timing.playing import AT_REST
+from motiondb.scene.timing.timeline import guard_bounds, guarded
 
 _OUTSIDE = 5.0  # Frames out of the bounds that cost as much as a seam of 10 cm. Chosen by hand
 _CLIP = 0.2  # Cost of a clip
@@ -38,37 +37,6 @@ _CELL = np.array([0.3, 0.3, 0.8])  # Places, m and rad, that count as alike
 _BEAM, _TRIED, _SORTED, _MOST = 8, 16, 1500, 16
 """Strings kept, continuations of each that are looked at frame by frame, those of which these are
 chosen, and most clips."""
-
-
-def guard_bounds(table: RuleTable) -> tuple[float, float] | None:
-    """Return the bounds of the grammar's distance for guarding; None if it has none."""
-    for said in table.annotations:
-        if table.activity.follows(said.symbol) and isinstance(said.rule, DistanceRule):
-            return said.rule.near, said.rule.far
-    return None
-
-
-def guarded(table: RuleTable, player: int, before: int | None = None) -> int:
-    """Return whom a declared guard guards at last, or before an action; -1 if nobody is.
-
-    It is the opponent of the last element drawn for them about one, else who was declared.
-    """
-    one = table.diagram.player[table.players[player]]
-    if not one.guards or table.activity.leader_of(one.team):
-        return -1
-    drawn = [target for first, target in attends(table, player) if before is None or first < before]
-    return drawn[-1] if drawn else table.players.index(one.guards)
-
-
-def attends(table: RuleTable, player: int) -> Iterator[tuple[int, int]]:
-    """Yield the first action of every element of a player about an opponent, and the opponent."""
-    diagram, name = table.diagram, table.players[player]
-    items = [item for item in expressions(diagram)[name] if item.element >= 0]
-    rows = [first for _, who, first, _ in table.steps if who == player]
-    for item, first in zip(items, rows, strict=True):
-        own = diagram.elements[item.element].player == name
-        if own and item.other and diagram.player[item.other].team != diagram.player[name].team:
-            yield first, table.players.index(item.other)
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 from motiondb.body import body, features, kinematics, pose_vectors, retarget, rotation
 from motiondb.body.contacts import FEET, find_contacts, foot_heights
 from motiondb.body.features import runs
-from motiondb.errors import SceneError
 from motiondb.generate.contact import lock_feet
 from motiondb.generate.stitching import BLEND_FRAMES, Piece, stitch
 from motiondb.records import MOTION_FPS, FloatArray, IntArray, Motion
 from motiondb.scene.clips.clip_cutting import compose, inverse, relative
-from motiondb.scene.clips.clips import ClipSource, clip_motion
+from motiondb.scene.clips.clips import ClipSource, captured, clip_motion
 from motiondb.scene.timing.playing import Part
 
 # Small steps in place: feet stay where they are until the body has turned or moved too far.
@@ -413,12 +412,7 @@ def _ways(path: FloatArray, origin: FloatArray, begin: int) -> FloatArray:
 
 def _cut(source: ClipSource, motions: Mapping[str, Motion]) -> tuple[ClipSource, dict[str, Motion]]:
     """Return a clip's source relative to a part of its capture around it, and that part."""
-    if source.capture not in motions:
-        raise SceneError(
-            f"{source.capture}: expected the capture that a clip was taken from, found none of"
-            " this name. Add it again, or make the scene again."
-        )
-    motion = motions[source.capture]
+    motion = captured(source, motions)
     first, last = max(source.start - _MARGIN, 0), min(source.end + _MARGIN, motion.n_frames)
     part = Motion(
         motion.local_rotations[first:last], motion.root_positions[first:last], motion.leg_length

@@ -114,8 +114,9 @@ class SeenFault:
 
     # "guard": a declared guard is too far away; "stands": somebody stands for most of the scene;
     # "held pose": nothing moves; "misses": what is sent does not reach its target; "object": it
-    # passes through somebody; "reach": it is not where somebody takes it; "order": a step begins
-    # after a later one; "place": somebody goes through a table or the like
+    # passes through somebody; "reach": it is not where somebody takes it; "order": a step comes
+    # after a later one; "place": somebody goes through a table or the like; "limbs": those of two
+    # touch; "leap": an action follows another although no clip of it begins like that
     kind: str
     players: tuple[str, ...]  # The player, and whom or what it is about
     start: int

@@ -16,7 +16,7 @@ by its worst frame. ``frame`` is where it fails most.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,20 +28,28 @@ from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.energy.scene_arrays import SceneState
-from motiondb.scene.language.semantic_rules import RULE_NAMES, SemanticRule, SynchronisationRule
+from motiondb.scene.language.semantic_rules import (
+    RULE_NAMES,
+    SemanticRule,
+    SynchronisationRule,
+    bounds_text,
+)
 from motiondb.scene.polish.path_editing import Overlap, overlaps
 from motiondb.scene.polish.placed import Placed
 from motiondb.scene.polish.polish import PolishedScene
 from motiondb.scene.report.report_records import (
     Collision,
     FeetReport,
+    LimbReport,
     PaceReport,
     RuleReport,
     SceneReport,
+    SeenFault,
     SourceRun,
 )
 from motiondb.scene.report.seen import guard_reports, kept_reports, seen_faults
 from motiondb.scene.report.visible_motion import (
+    CROSSING,
     WAITING,
     crossing_limbs,
     foot_jumps,
@@ -60,6 +68,7 @@ from motiondb.scene.timing.timeline import (
     tolerance,
 )
 
+LEAP = 3.0  # Cost of a seam from which on its blend shows: joints 30 cm apart. Chosen by hand
 _UNITS = {kinds.DIRECTION: "deg", kinds.SYNCHRONISATION: "frames", kinds.UNMET: ""}
 _SCALES = {kinds.DIRECTION: 180.0 / math.pi, kinds.SYNCHRONISATION: MOTION_FPS}
 """Factors from the units of the energy to degrees and frames."""
@@ -106,8 +115,33 @@ def report_scene(
         tuple(jumps),
         limbs,
         tuple(guards),
-        tuple(seen_faults(table, after, joints, guards, polished.ball)),
+        (
+            *seen_faults(table, after, joints, guards, polished.ball),
+            *_touching(table, limbs),
+            *_leaps(state, library, table, after),
+        ),
     )
+
+
+def _touching(table: RuleTable, limbs: Sequence[LimbReport]) -> Iterator[SeenFault]:
+    """Yield the pairs whose limbs come near, but for those who are to touch or pass through."""
+    meet = [{table.players[one], table.players[other]} for one, _, other, _ in table.contacts]
+    for pair in limbs:
+        if pair.metres >= CROSSING and set(pair.players) not in meet:
+            yield SeenFault("limbs", pair.players, pair.frame, pair.frame + 1, pair.metres, "m")
+
+
+def _leaps(
+    state: SceneState, library: ClipLibrary, table: RuleTable, timeline: Timeline
+) -> Iterator[SeenFault]:
+    """Yield the seams of clips that no blend makes natural, as from sitting to waving."""
+    for n, player in enumerate(state.players):
+        of = library.seam_class[np.asarray(player.entries)]
+        for k in (1 + np.flatnonzero(library.seam[of[:-1], of[1:]] > LEAP)).tolist():
+            who = table.players[n], table.actions[n][k - 1], table.actions[n][k]
+            begin = int(timeline.begins[n][k])
+            cost = float(library.seam[of[k - 1], of[k]])
+            yield SeenFault("leap", who, max(begin - 5, 0), begin + 5, cost, "")
 
 
 def shown_timeline(polished: PolishedScene) -> Timeline:
@@ -178,7 +212,7 @@ def _about(table: RuleTable, row: np.void, rule: SemanticRule) -> str:
     if row["kind"] == kinds.LINE:
         return f"{first} - {_end(table, row, 'other')}"
     if row["kind"] == kinds.DISTANCE:
-        return f"{first}, {row['near']:g} to {row['far']:g} m"
+        return f"{first}, {bounds_text(float(row['near']), float(row['far']))}"
     return first
 
 

@@ -15,13 +15,19 @@ from numpy.typing import NDArray
 from motiondb.body import body
 from motiondb.body.features import runs
 from motiondb.records import MOTION_FPS, FloatArray, IntArray
-from motiondb.scene.energy.binding import RuleTable
+from motiondb.scene.energy.binding import ORDER, RuleTable
+from motiondb.scene.language.semantic_rules import bounds_text
 from motiondb.scene.language.tactics import Stretch
-from motiondb.scene.polish.following import attends, guard_bounds, guarded
 from motiondb.scene.report.report_records import GuardReport, RuleReport, SeenFault
 from motiondb.scene.report.visible_motion import segment_distances, travel_speeds
 from motiondb.scene.thing.thing_flight import Ball
-from motiondb.scene.timing.timeline import Timeline
+from motiondb.scene.timing.timeline import (
+    Timeline,
+    attends,
+    guard_bounds,
+    guarded,
+    moment_frames,
+)
 
 TOO_FAR = 1.0 / 3.0
 """Share of the scene in which a declared guard may be out of the bounds of the grammar before it is
@@ -33,6 +39,8 @@ LONG, MOSTLY = 4.0, 0.5
 HELD, HELD_FOR = 0.02, 1.0
 """Speed of the fastest joint, m/s, below which a pose is held, and seconds from which it counts."""
 UNREACHED = 0.5  # Metres from hands and feet from which on nobody takes or strikes an object
+BESIDE = 0.5  # Metres from the edge of a chair from which on somebody has left it
+LATE = 3  # Frames by which a step may come after a later one of somebody else: nobody sees them
 MOVING_GAP = 1.0  # Seconds that somebody who keeps moving may stand
 _THICK = 0.05  # Radius of limbs that things must not pass through, m
 _TRUNK = np.array([
@@ -88,11 +96,6 @@ def _guarded(table: RuleTable, timeline: Timeline, player: int) -> IntArray:
     return targets
 
 
-def _apart(timeline: Timeline, one: int, other: int) -> FloatArray:
-    places = timeline.places[:, :, :2]
-    return np.asarray(np.linalg.norm(places[one] - places[other], axis=1))
-
-
 def kept_reports(
     table: RuleTable, timeline: Timeline, joints: Sequence[FloatArray]
 ) -> Iterator[RuleReport]:
@@ -101,14 +104,16 @@ def kept_reports(
         start, end = _frames_of(kept, table, timeline)
         player = table.players.index(kept.player)
         if kept.other:
-            apart = _apart(timeline, player, table.players.index(kept.other))[start:end]
+            places = timeline.places[:, start:end, :2]
+            apart = np.hypot(*(places[player] - places[table.players.index(kept.other)]).T)
             beyond = np.maximum(np.maximum(kept.near - apart, apart - kept.far), 0.0)
             worst = int(np.argmax(beyond))
             value, frame, limit = float(beyond[worst]), start + worst, 0.0
-            about = f"{kept.other}, {kept.near:g} to {kept.far:g} m"
+            about = f"{kept.other}, {bounds_text(kept.near, kept.far)}"
             unit = "m"
         else:
-            stands = travel_speeds(joints[player])[start:end] < STANDS
+            stands = (travel_speeds(joints[player]) < STANDS) & ~_acting(table, timeline, player)
+            stands = stands[start:end]
             longest = max(runs(stands), key=lambda run: run[1] - run[0], default=(0, 0))
             value, frame = (longest[1] - longest[0]) / MOTION_FPS, start + longest[0]
             about, unit, limit = "moving", "s", MOVING_GAP
@@ -138,39 +143,49 @@ def seen_faults(
     ball: Ball | None,
 ) -> Iterator[SeenFault]:
     """Yield what a viewer sees at once although no rule is about it."""
-    n_frames, rests = len(joints[0]), {rest.action for rest in table.activity.rests}
+    n_frames = len(joints[0])
     yield from _out_of_order(table, timeline)
     for guard in guards:
         if guard.outside > TOO_FAR:
             share = guard.outside
             yield SeenFault("guard", (guard.player, guard.target), 0, n_frames, share, "of frames")
     for player, (name, positions) in enumerate(zip(table.players, joints, strict=True)):
-        acts = np.zeros(n_frames, dtype=bool)
-        for _, who, first, last in table.steps:
-            if who == player and not rests.issuperset(table.actions[who][first:last]):
-                acts[int(timeline.begins[who][first]) : timeline.end_of(who, last - 1)] = True
-        yield from _standing(name, positions, acts)
-        yield from _through_places(table, name, positions)
+        yield from _standing(name, positions, _acting(table, timeline, player))
+        yield from _through_places(table, timeline, player, positions)
     if ball is not None:
         yield from _misses(table, ball)
         yield from _passes_through(table, joints, ball)
 
 
+def _acting(table: RuleTable, timeline: Timeline, player: int) -> NDArray[np.bool_]:
+    """Return when a player does what is drawn, but for resting: array (frames,)."""
+    rests = {rest.action for rest in table.activity.rests}
+    acts = np.zeros(timeline.n_frames, dtype=bool)
+    for _, who, first, last in table.steps:
+        if who == player and not rests.issuperset(table.actions[who][first:last]):
+            acts[int(timeline.begins[who][first]) : timeline.end_of(who, last - 1)] = True
+    return acts
+
+
 def _out_of_order(table: RuleTable, timeline: Timeline) -> Iterator[SeenFault]:
-    """Yield who begins a step only when somebody has ended a later one."""
-    acts = [
-        (step, int(timeline.begins[p][first]), timeline.end_of(p, last - 1), table.players[p])
-        for step, p, first, last in table.steps
-    ]
-    for step, begins, _, who in acts:
-        ended = [(end, late, name) for late, _, end, name in acts if late > step and end <= begins]
-        if ended:
-            end, late, name = min(ended)
-            yield SeenFault("order", (who, name), end, begins, float(late), "step")
+    """Yield who does a step only after somebody has done a later one (ORDER)."""
+    steps = {(player, last - 1): step for step, player, _, last in table.steps}
+    for row in table.wishes[table.wishes["kind"] == ORDER]:
+        target, clip = int(row["target"]), int(row["partner_first"])
+        own = int(moment_frames(row, timeline)[0])
+        done = timeline.end_of(target, clip) if row["fraction"] else timeline.instants[target][clip]
+        if own > done + LATE:
+            who = table.players[row["player"]], table.players[target]
+            yield SeenFault("order", who, int(done), own, float(steps[target, clip]), "step")
 
 
-def _through_places(table: RuleTable, name: str, joints: FloatArray) -> Iterator[SeenFault]:
-    """Yield the places that stand on the ground, such as tables, with somebody in the middle."""
+def _through_places(
+    table: RuleTable, timeline: Timeline, player: int, joints: FloatArray
+) -> Iterator[SeenFault]:
+    """Yield the places that stand on the ground, such as tables, with somebody in the middle.
+
+    Who sits down on one is there rightly, until they are away from it.
+    """
     trunk = joints[:, _TRUNK]
     for place in table.places.values():
         if place.at is None or not place.is_in_the_way:
@@ -181,8 +196,15 @@ def _through_places(table: RuleTable, name: str, joints: FloatArray) -> Iterator
         at = below + share[..., None] * (above - below)
         apart = np.hypot(at[..., 0] - place.at.x, at[..., 2] - place.at.z)
         inside = (share >= 0.0) & (share <= 1.0) & (apart < place.width / 2.0 - _THICK)
-        for start, end in runs(np.asarray(inside.any(axis=1))):
-            yield SeenFault("place", (name, place.name), start, end, place.height, "m")
+        through = np.asarray(inside.any(axis=1))
+        away = np.hypot(joints[:, 0, 0] - place.at.x, joints[:, 0, 2] - place.at.z)
+        for row in table.rows[place.leading_into(table.rows) & (table.rows["player"] == player)]:
+            since = int(timeline.begins[player][row["first"]])
+            gone = np.flatnonzero(away[since:] > place.width / 2.0 + BESIDE)
+            through[since : since + int(gone[0]) if len(gone) else None] = False
+        for start, end in runs(through):
+            players = table.players[player], place.name
+            yield SeenFault("place", players, start, end, place.height, "m")
 
 
 def _standing(name: str, joints: FloatArray, acts: NDArray[np.bool_]) -> Iterator[SeenFault]:

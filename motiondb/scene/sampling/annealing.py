@@ -34,9 +34,8 @@ from motiondb.scene.energy.energy import evaluate
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState, scene_state
 from motiondb.scene.energy.start_placement import place_player, place_start
 from motiondb.scene.language.expressions import MOST_ACTIONS
-from motiondb.scene.language.tactics import Diagram
+from motiondb.scene.language.tactics import Diagram, paired
 from motiondb.scene.sampling.clip_choice import ClipGroups, tempered
-from motiondb.scene.sampling.metropolis import KINDS
 from motiondb.scene.sampling.play import Play, Prices
 from motiondb.scene.sampling.random_subtrees import Derivation, Derivations
 from motiondb.scene.sampling.scene_chain import Chain
@@ -108,37 +107,13 @@ class SamplerSettings:
     growth: float = 0.5  # Fraction of the jumps that insert or remove one link of a chain
     recasting: float = 0.25  # Fraction of the jumps that draw the clips of some actions again
     attention: float = 0.7  # Fraction of a jump's inner steps for the player who jumped
-    # Weights of the kinds of inner steps, see :data:`.metropolis.KINDS`; need not sum to 1
+    # Weights of the kinds of inner steps, see :mod:`.metropolis`; need not sum to 1
     shares: tuple[float, ...] = (0.1, 0.35, 0.25, 0.18, 0.06, 0.06)
     patience: int = 20  # Rounds without a scene that is better by 1 % after which to stop
     cooling: int = 40_000  # Steps of the final cooling
     most_actions: int = MOST_ACTIONS  # Largest number of actions of a player
     prices: Prices = USUAL  # Prices of delays, frames, actions and large failures
     threads: int = 2  # Chains that run at the same time; no influence on the result
-
-    def __post_init__(self) -> None:
-        """Check the settings."""
-        if not (self.chains >= 1 and self.temperature > 0.0):
-            raise SceneError(
-                "chains, temperature: expected at least 1 chain, and a temperature above 0, found"
-                f" {self.chains} and {self.temperature:g}. Leave them out for the usual ones."
-            )
-        if len(self.shares) != len(KINDS) or min(self.shares) < 0.0 or sum(self.shares) <= 0.0:
-            raise SceneError(
-                f"shares: expected {len(KINDS)} numbers of 0 or more ({', '.join(KINDS)}), found"
-                f" {self.shares}. Leave them out for the usual ones."
-            )
-        links, clips = self.growth, self.recasting
-        if not (min(links, clips) >= 0.0 and links + clips <= 1.0):
-            raise SceneError(
-                "growth, recasting: expected shares of the jumps, 0 or more that sum to at most 1,"
-                f" found {links:g} and {clips:g}. Leave them out for the usual ones."
-            )
-        if not (self.rounds >= 1 and 0.0 < self.warmth <= 1.0):
-            raise SceneError(
-                "rounds, warmth: expected at least 1 round, and a share above 0 of them to be warm,"
-                f" found {self.rounds} and {self.warmth:g}. Leave them out for the usual ones."
-            )
 
     def temperature_after(self, done: int) -> float:
         """Return the temperature after so many rounds."""
@@ -157,14 +132,11 @@ class SamplerSettings:
 class Trace:
     """The course of the sampling."""
 
-    # (rounds + 1, chains): -log P(Z) with all prices; row 0 is the start
-    energies: FloatArray
-    best: FloatArray  # (rounds + 1,): the lowest so far
+    best: (
+        FloatArray  # (rounds + 1,): the lowest -log P(Z) so far with all prices, at first the start
+    )
     cooled: float  # The lowest after cooling
     final: float  # The same of that scene without prices except that of delays
-    # (chains, 3), int: by chain: proposed, refused as too long or too early, accepted
-    jumps: IntArray
-    steps: IntArray  # (kinds, 2), int: inner steps of all chains, proposed and accepted
 
 
 def sample(
@@ -181,21 +153,21 @@ def sample(
     *chain_rngs, last = rng.spawn(settings.chains + 1)
     chains = [Chain(play, state or bootstrap(play, one), one) for one in chain_rngs]
     smooth = play.grammar.weights.smooth
-    energies = [[chain.energy for chain in chains]]
-    best = [min(energies[0])]
+    best = [min(chain.energy for chain in chains)]
     since = 0
     with ThreadPoolExecutor(settings.threads) as pool:
         for done in range(1, settings.rounds + 1):
             temperature = settings.temperature_after(done - 1)
             groups = tempered(play.groups, play.library, smooth, temperature)
             list(pool.map(partial(_block, settings, temperature, groups), chains))
-            energies.append([chain.energy for chain in chains])
             best.append(min(chain.best for chain in chains))
             since = 0 if best[-1] < 0.99 * best[-1 - since - 1] else since + 1
             if since >= settings.patience or (progress is not None and progress(done, best[-1])):
                 break
     cooled = _cooled(play, min(chains, key=lambda chain: chain.best).best_state, settings, last)
-    return cooled.best_state, _trace(chains, energies, best, cooled)
+    free = replace(play, prices=Prices(delay=play.prices.delay))
+    final = Chain(free, cooled.best_state, cooled.rng).energy
+    return cooled.best_state, Trace(np.array(best), cooled.best, final)
 
 
 def warm_up(play: Play, settings: SamplerSettings, rng: np.random.Generator) -> None:
@@ -234,22 +206,6 @@ def _cooled(
         chain.assign_all()
         chain.note_best()
     return chain
-
-
-def _trace(
-    chains: Sequence[Chain], energies: list[list[float]], best: list[float], cooled: Chain
-) -> Trace:
-    jumps = [(c.jumps.tried, c.jumps.refused, c.jumps.taken) for c in chains]
-    steps = np.sum([chain.jumps.steps for chain in chains], axis=0)
-    delays = Prices(delay=cooled.play.prices.delay)
-    return Trace(
-        np.array(energies),
-        np.array(best),
-        cooled.best,
-        Chain(replace(cooled.play, prices=delays), cooled.best_state, cooled.rng).energy,
-        np.array(jumps, dtype=np.int64),
-        steps,
-    )
 
 
 # From the scene of one diagram to a first scene of a changed diagram.
@@ -327,22 +283,7 @@ def common_actions(one: Sequence[str], other: Sequence[str]) -> list[tuple[int, 
     """Return the indices of a longest common subsequence in both strings.
 
     >>> common_actions(["run", "catch", "shoot"], ["catch", "run", "shoot"])
-    [(1, 0), (2, 2)]
+    [(0, 1), (2, 2)]
     """
-    lengths = np.zeros((len(one) + 1, len(other) + 1), dtype=np.int64)
-    for i in range(len(one) - 1, -1, -1):
-        for j in range(len(other) - 1, -1, -1):
-            same = one[i] == other[j]
-            both = lengths[i + 1, j + 1] + 1 if same else 0
-            lengths[i, j] = max(both, lengths[i + 1, j], lengths[i, j + 1])
-    pairs = []
-    i = j = 0
-    while i < len(one) and j < len(other):
-        if one[i] == other[j] and lengths[i, j] == lengths[i + 1, j + 1] + 1:
-            pairs.append((i, j))
-            i, j = i + 1, j + 1
-        elif lengths[i + 1, j] >= lengths[i, j + 1]:
-            i += 1
-        else:
-            j += 1
-    return pairs
+    worth = [[1.0 if action == theirs else -1.0 for theirs in other] for action in one]
+    return [(k, m) for k, m in paired(worth, len(other)) if k >= 0 and m >= 0]

@@ -83,7 +83,6 @@ def linked(scene: SceneArrays, player: int) -> int:
 
 
 EXCHANGE, SMOOTH, VARIANT, PLACE, DELAY, MEET = range(6)
-KINDS = ("exchange", "smooth", "variant", "place", "delay", "meet")
 
 PUSH = 0.15
 """Standard deviation of the translation of a PLACE step, m. Chosen by hand: half the weight of a
@@ -129,7 +128,6 @@ def walk(
     groups: ClipGroups,
     draws: FloatArray,
     how: Walk,
-    counts: IntArray,
 ) -> float:
     """Do one step for each row of random numbers, and return -log P(Y) at the end.
 
@@ -145,15 +143,12 @@ def walk(
         Uniform random numbers in [0, 1).
     how : Walk
         Settings and work space.
-    counts : array of int (6, 2)
-        Numbers of proposed and accepted steps of each kind; they are added to it.
     """
     known, total = False, 0.0
     for u in draws:
         kind = 0
         while kind < MEET and u[0] >= how.shares[kind]:
             kind += 1
-        counts[kind, 0] += 1
         if kind == EXCHANGE:
             if not known:
                 total = token_errors(scene, library, how.errors)
@@ -168,8 +163,6 @@ def walk(
         else:
             taken = _meet_step(scene, library, u, how)
         known = known and (kind == EXCHANGE or not taken)
-        if taken:
-            counts[kind, 1] += 1
     return float(scene.total[0])
 
 

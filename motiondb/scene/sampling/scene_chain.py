@@ -33,7 +33,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +44,7 @@ from motiondb.scene.energy.binding import BoundString, RuleTable
 from motiondb.scene.energy.energy import token_errors
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneArrays, SceneState, scene_state
 from motiondb.scene.sampling.clip_choice import ClipGroups, smooth_string
-from motiondb.scene.sampling.metropolis import DRAWS, EVERYBODY, KINDS, Focus, Walk, walk
+from motiondb.scene.sampling.metropolis import DRAWS, EVERYBODY, Focus, Walk, walk
 from motiondb.scene.sampling.play import Play
 from motiondb.scene.sampling.tree_growth import (
     TreeShape,
@@ -120,16 +119,6 @@ Propose = Callable[[ClipGroups, bool], Offer | None]
 """From the groups of clips, and whether the ratio is to be exact."""
 
 
-@dataclass
-class Jumps:
-    """Counts of a chain's jumps."""
-
-    tried: int
-    refused: int  # Jumps that gave a string that is too long or begins too early
-    taken: int
-    steps: IntArray  # (kinds, 2), int: inner steps of each kind, proposed and accepted
-
-
 class Chain:
     """A Markov chain: its state, its random numbers, and the best scene so far."""
 
@@ -149,7 +138,6 @@ class Chain:
         self.scene = play.arrays(state, self.table)
         for player in np.flatnonzero(new).tolist():
             self.assign(player)
-        self.jumps = Jumps(0, 0, 0, np.zeros((len(KINDS), 2), np.int64))
         self.best = math.inf
         self.best_state = state
         self.note_best()
@@ -218,7 +206,7 @@ class Chain:
         prices = play.prices.delay, play.prices.duration
         how = Walk(temperature, shares, *focus, *prices, play.tails, errors, errors.copy())
         draws = self.rng.random((steps, DRAWS))
-        walk(scene, play.library, groups, draws, how, self.jumps.steps)
+        walk(scene, play.library, groups, draws, how)
 
     def move(
         self,
@@ -234,10 +222,8 @@ class Chain:
         ``propose`` is :meth:`jump`, :meth:`grow` or :meth:`recast`; returns whether it was
         accepted.
         """
-        self.jumps.tried += 1
         offer = propose(groups, steps == 0)
         if offer is None:
-            self.jumps.refused += 1
             return False
         player, new = offer.player, offer.structure
         focus = (player, *offer.near, attention)
@@ -255,7 +241,6 @@ class Chain:
             return False
         self.shapes = shapes
         self.scene, self.table, self.strings = new
-        self.jumps.taken += 1
         return True
 
     def jump(self, groups: ClipGroups, exact: bool) -> Offer | None:

@@ -24,6 +24,7 @@ import numpy as np
 from motiondb.errors import Fault, SceneError
 from motiondb.grammar.cfg.context_free import Tree, reachable_symbols
 from motiondb.records import FloatArray
+from motiondb.scene.energy.binding import Binder
 from motiondb.scene.language.activity import GIVE, OPPONENT, PARTNER, RECEIVER, ROLES, TARGET
 from motiondb.scene.language.expressions import (
     MOST_ACTIONS,
@@ -147,8 +148,11 @@ def _planned(
             break
         last += 1
     element = items[last - 1].element
-    line = diagram.elements[element].line if element >= 0 else diagram.player[name].line
+    drawn = diagram.elements[element] if element >= 0 else None
+    line = drawn.line if drawn else diagram.player[name].line
     wanted = "".join(str(item) for item in items)
+    if drawn and drawn.player != name:
+        wanted += f", of which {items[last - 1]} is for '{drawn}'"
     fields |= {"player": name, "grammar": grammar.name}
     what = f"of {name} what the grammar {grammar.name} allows"
     return Fault(what, wanted, reason, line, 0, "", "not_allowed", fields)
@@ -168,7 +172,7 @@ def _missing_role(
     diagram: Diagram, grammar: MotionGrammar, name: str, start: str, items: Sequence[Item]
 ) -> Fault | None:
     """Return the fault of an action that a player may do, if nobody fills a role of its rules."""
-    above = reachable_symbols(grammar.started(start))
+    above, binder = reachable_symbols(grammar.started(start)), Binder(diagram, grammar)
     asked: dict[str, list[Item | None]] = {}
     for item in items:
         for action in item.actions if item.element >= 0 else ():
@@ -177,18 +181,13 @@ def _missing_role(
     roles = {*ROLES, *(role for role, _ in grammar.activity.roles)}
     acts = [(a, i) for a in grammar.terminal for i in asked.get(a, [None])]
     for action, one in acts:
-        if action not in above or action in closed or (one and one.other):
+        if action not in above or action in closed:
             continue
         element = diagram.elements[one.element] if one else None
         for rule in grammar.rules_of(action, above):
             about = [getattr(rule, part, "") for part in ("target", "partner", "first", "second")]
             for role in dict.fromkeys(each for each in about if isinstance(each, str)):
-                if role not in roles:
-                    continue
-                filled = diagram.filled(role, name, element)
-                if role == TARGET:
-                    filled = filled or grammar.activity.aim(action)
-                if not filled:
+                if role in roles and not binder.role(role, one or Item((action,)), name):
                     return _without_role(diagram, name, (action, element), (role, rule))
     return None
 
@@ -204,6 +203,8 @@ def _without_role(
     line = element.line if element else diagram.player[name].line
     who = {OPPONENT: "an opponent", PARTNER: "a partner", TARGET: "a target"}.get(role, f"a {role}")
     advice = f"Add a player who is the {role}"
+    if role == diagram.player[name].team:
+        advice = f"Write of whom the rule is: '{action} in SYMBOL: ...'"
     advice = {
         OPPONENT: "Add a player of the other team",
         RECEIVER: f"Write 'when asked' behind the words of {action}",

@@ -6,14 +6,17 @@ turns its result into the sequence of every player.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from motiondb.records import MOTION_FPS
+from motiondb.records import MOTION_FPS, IntArray
 from motiondb.scene.clips.clips import ClipLibrary
 from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
+from motiondb.scene.energy.rule_kernels import EARLIER
 from motiondb.scene.energy.scene_arrays import SceneState
 from motiondb.scene.language.activity import SEND, STRIKE, Activity
 from motiondb.scene.timing.playing import (
@@ -29,6 +32,8 @@ from motiondb.scene.timing.scheduling import SLOWEST, Meeting, Schedule, Strings
 from motiondb.scene.timing.timeline import (
     Timeline,
     clip_frames,
+    guard_bounds,
+    guarded,
     lag_of,
     measure,
     moment_frames,
@@ -41,6 +46,9 @@ a shot from 7 m needs 40 to the ring."""
 _GUARDS = 6.0
 """How much more than other rules of place a guard's keep two players together in a schedule: the
 other runs away when the guard has ended, and not before, so that the scene is shorter."""
+_ORDERS = 30.0
+"""How much more than rules of place the order of steps counts in a schedule: more than a pause, a
+change of pace, or frames of the scene. Chosen by hand."""
 SETTLING = 8  # Frames of a scene after a last step to rest
 
 
@@ -61,15 +69,17 @@ def schedule_scene(
     now = sampled_timeline(state, library)
     partners = tuple(measure(table, n, now).partner_clip for n in range(len(table.rows)))
     strings = [_string(state, library, table, player) for player in range(len(state.players))]
-    frames = [clip_frames(player, library)[1] for player in state.players]
+    frames = [clip_frames(player, library) for player in state.players]
     meetings = []
     for number, row in enumerate(table.rows):
         if row["kind"] == kinds.SYNCHRONISATION:
             thrower, partner = int(row["player"]), int(row["partner"])
             lag = lag_of(row, now, partners[number]) * MOTION_FPS
-            thrown, caught = frames[thrower][row["first"]], frames[partner][partners[number]]
+            thrown = frames[thrower][1][row["first"]]
+            caught = frames[partner][1][partners[number]]
             meetings.append(Meeting(thrower, float(thrown), partner, float(caught), lag))
-    scheduled = schedule(strings, meetings, _beside(state, table, now), frame_cost)
+    beside = [*_beside(state, table, now), *_orders(table, frames)]
+    scheduled = schedule(strings, meetings, beside, frame_cost)
     playing = tuple(
         _played(state, library, (n, one), table.activity) for n, one in enumerate(scheduled)
     )
@@ -112,7 +122,16 @@ def _string(state: SceneState, library: ClipLibrary, table: RuleTable, player: i
         may_pause(library, entries, table.activity),
         sampled.delay,
         np.array(after_clips(library, state, table, player)),
+        _is_awaited(state, table, player),
     )
+
+
+def _is_awaited(state: SceneState, table: RuleTable, player: int) -> bool:
+    """Return whether a declared guard begins farther from whom they guard than the grammar asks."""
+    bounds, other = guard_bounds(table), guarded(table, player, 1)
+    if bounds is None or other < 0:
+        return False
+    return math.dist(*(state.players[n].origin[:2] for n in (player, other))) > bounds[1]
 
 
 def _beside(state: SceneState, table: RuleTable, now: Timeline) -> list[Meeting]:
@@ -129,6 +148,15 @@ def _beside(state: SceneState, table: RuleTable, now: Timeline) -> list[Meeting]
             time, theirs = float(frame - delays[0]), float(frame - delays[1])
             meetings.append(Meeting(player, time, target, theirs, 0.0, _GUARDS if guards else 1.0))
     return meetings
+
+
+def _orders(table: RuleTable, frames: Sequence[tuple[IntArray, IntArray]]) -> Iterator[Meeting]:
+    """Yield the frames of two strings of which one is drawn in a later step (ORDER)."""
+    for row in table.wishes[table.wishes["kind"] == kinds.ORDER]:
+        player, target, last = int(row["player"]), int(row["target"]), int(row["partner_first"])
+        own = frames[player][int(row["moment"] == kinds.AT_EVENT)][row["first"]]
+        theirs = frames[target][0][last + 1] if row["fraction"] else frames[target][1][last]
+        yield Meeting(player, float(own), target, float(theirs), EARLIER, _ORDERS, at_least=True)
 
 
 def _played(

@@ -47,6 +47,7 @@ class Meeting:
     theirs: float  # Source frame of the second player
     lag: float  # Frames by which ``theirs`` must come after ``own``
     weight: float = 1.0  # Factor of its cost in a schedule
+    at_least: bool = False  # Whether ``theirs`` may come later than that, in a schedule
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +147,7 @@ _PACE, _MEET, _PAUSE, _CUT = 4.0, 50.0, 0.05, 0.02
 Only their order matters: synchronisations before pace, pace before pauses and cuts."""
 _BESIDE, _DELAY = 0.3, 0.02
 """Costs per frame of the fifth term and of a changed delay. Chosen by hand, below those of pace."""
+_HURRY = 0.1  # Cost per frame of the delay of who hurries: more than that of a pause
 
 
 @dataclass(frozen=True, eq=False)
@@ -159,6 +161,7 @@ class Strings:
     # (clips,), int: frames that the scene lasts after the end of each clip, for a ball in the air;
     # mostly 0
     after: IntArray
+    hurries: bool = False  # Whether to wait before the first clip is worse than behind it
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,7 +181,8 @@ def schedule(
 ) -> tuple[Schedule, ...]:
     """Return the schedules of all players; see the module.
 
-    `beside`: Frames of two strings that show the same moment as sampled; their lags are 0.
+    `beside`: Frames of two strings that show the same moment as sampled, or one of which is to come
+    before the other; their cost is lower.
 
     >>> standing = Strings(np.array([100, 30]), np.array([15, 30]), np.array([1, 1]), 0,
     ...     np.array([0, 0]))
@@ -246,7 +250,8 @@ class _Problem:
         met |= {m.theirs for m in meetings if m.partner == player}
         firsts = np.cumsum([0, *string.lengths]).astype(float)
         now = self._column(0.0)
-        self._off({now: 1.0}, float(string.delay), (_DELAY, _DELAY))
+        early = (0.0, (_HURRY, 0.0)) if string.hurries else (float(string.delay), (_DELAY, _DELAY))
+        self._off({now: 1.0}, *early)
         self._marks.append([(0.0, now)])
         self._begins.append([])
         self._ends.append([])
@@ -299,7 +304,7 @@ class _Problem:
             for column, share in self._at(player, frame).items():
                 terms[column] = terms.get(column, 0.0) + sign * share
         last = float(np.sum(self._strings[meeting.partner].lengths))
-        late = 0.0 if meeting.theirs < 0.0 else cost
+        late = 0.0 if meeting.theirs < 0.0 or meeting.at_least else cost
         early = 0.0 if meeting.theirs > last else cost
         self._off(terms, meeting.lag, (late * meeting.weight, early * meeting.weight))
 

@@ -12,6 +12,7 @@ Forum 35 (2016), section 3.1.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +25,8 @@ from motiondb.scene.energy import binding as kinds
 from motiondb.scene.energy.binding import RuleTable
 from motiondb.scene.energy.rule_kernels import values_at
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
-from motiondb.scene.language.semantic_rules import PASS_SPEED, bearing
+from motiondb.scene.language.expressions import expressions
+from motiondb.scene.language.semantic_rules import PASS_SPEED, DistanceRule, bearing
 
 SYNCHRONOUS = 2.0
 """Accepted error of a synchronisation, frames. Chosen by hand: 67 ms, hardly visible."""
@@ -210,3 +212,37 @@ def contact_frames(table: RuleTable, timeline: Timeline, around: int) -> NDArray
             reach = slice(max(int(instant) - around, 0), int(instant) + around + 1)
             may[one, other, reach] = may[other, one, reach] = True
     return may
+
+
+# Declared guards: whom they guard, and at what distance.
+
+
+def guard_bounds(table: RuleTable) -> tuple[float, float] | None:
+    """Return the bounds of the grammar's distance for guarding; None if it has none."""
+    for said in table.annotations:
+        if table.activity.follows(said.symbol) and isinstance(said.rule, DistanceRule):
+            return said.rule.near, said.rule.far
+    return None
+
+
+def guarded(table: RuleTable, player: int, before: int | None = None) -> int:
+    """Return whom a declared guard guards at last, or before an action; -1 if nobody is.
+
+    It is the opponent of the last element drawn for them about one, else who was declared.
+    """
+    one = table.diagram.player[table.players[player]]
+    if not one.guards or table.activity.leader_of(one.team):
+        return -1
+    drawn = [target for first, target in attends(table, player) if before is None or first < before]
+    return drawn[-1] if drawn else table.players.index(one.guards)
+
+
+def attends(table: RuleTable, player: int) -> Iterator[tuple[int, int]]:
+    """Yield the first action of every element of a player about an opponent, and the opponent."""
+    diagram, name = table.diagram, table.players[player]
+    items = [item for item in expressions(diagram)[name] if item.element >= 0]
+    rows = [first for _, who, first, _ in table.steps if who == player]
+    for item, first in zip(items, rows, strict=True):
+        own = diagram.elements[item.element].player == name
+        if own and item.other and diagram.player[item.other].team != diagram.player[name].team:
+            yield first, table.players.index(item.other)

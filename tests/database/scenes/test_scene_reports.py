@@ -116,7 +116,14 @@ def test_guards_feet_and_limbs_are_told_beside_the_rules() -> None:
             "player": "D1", "foot": "left", "metres": 0.031, "start": 177, "end": 186,
             "source_metres": 0.086,
         }],
-        "near_limbs": [{"players": ["A1", "D1"], "metres": 0.03, "frame": 60, "n_frames": 4}],
+        "seen": [
+            {"kind": kind, "players": players, "start": 60, "end": 61, "value": value, "unit": unit}
+            for kind, players, value, unit in (
+                ("limbs", ["A1", "D1"], 0.03, "m"),
+                ("leap", ["A1", "sit", "wave"], 4.1, ""),
+                ("order", ["A1", "D1"], 5.0, "step"),
+            )
+        ],
     }  # fmt: skip
     text = report_text(replace(SCENE, report=report))
     assert (
@@ -124,4 +131,10 @@ def test_guards_feet_and_limbs_are_told_beside_the_rules() -> None:
         "frame 300\n"
     ) in text
     assert "  D1     0.031 (0.086), left foot, frames 177 to 186\n" in text
-    assert "  A1 and D1, 4 frames, nearest 0.03 m at frame 60\n" in text
+    assert (
+        "seen at once, whatever the rules:\n"
+        "  limbs of A1 and D1 touch, 0.03 m between their bones, frames 60 to 60\n"
+        "  A1 goes from sit to wave at once, with no clip that leads there, frames 60 to 60\n"
+        "  D1 does step 5 before A1 does an earlier one, frames 60 to 60\n"
+        "rules kept: "
+    ) in text

@@ -143,6 +143,7 @@ def test_order_is_wished_for_where_no_link_ensures_it_and_tables_are_in_the_way(
     orders = [row for row in table.wishes.tolist() if row[0] == ORDER]
     # player, action, other, action; the hand-over ensures that A's first two come before B's do
     assert [(row[1], row[2], row[6], row[16]) for row in orders] == [(0, 2, 1, 2), (1, 1, 0, 2)]
+    assert [(row[4], row[5]) for row in orders] == [(AT_EVENT, 0.0)] * 2  # no ways
     (way,) = [row for row in table.wishes.tolist() if row[0] == DISTANCE]
     assert (way[1:5], way[7:9], way[12]) == ((0, 0, 3, THROUGHOUT), (2.0, 0.0), 0.3)
     assert len(table.weighed.rows) == len(table.rows) + 3

@@ -152,9 +152,10 @@ class Twin:
         if row["kind"] == SYNCHRONISATION:
             return self.synchronisation(row)
         if row["kind"] == ORDER:
-            begins = self.begins[row["player"]][row["first"]]
-            ends = self.begins[row["target"]][row["partner_first"] + 1]
-            return min(max(begins + EARLIER - ends, 0) / 30.0, 1.0)
+            (own,) = self.moments(row)
+            target, m = row["target"], row["partner_first"]
+            ends = self.begins[target][m + 1] if row["fraction"] else self.instant(target, m)
+            return min(max(own + EARLIER - ends, 0) / 30.0, 1.0)
         actual = []
         for frame in self.moments(row):
             x, z, theta = self.at(row["player"], frame)

@@ -14,7 +14,7 @@ from scene_energy import energy
 from motiondb.database.scenes import scene_texts
 from motiondb.database.scenes.scene_texts import read_scene_text
 from motiondb.scene.clips import clip_cutting
-from motiondb.scene.energy.binding import POSITION, SYNCHRONISATION, bind
+from motiondb.scene.energy.binding import POSITION, bind
 from motiondb.scene.energy.energy import scene_arrays
 from motiondb.scene.energy.placement import (
     chain,
@@ -144,20 +144,6 @@ def test_no_place_nearby_is_better(wandering) -> None:
             player = replace(actual.players[0], origin=tuple(moved.tolist()))
             other = scene_arrays(SceneState((player,)), arrays, table, Weights())
             assert squares(other) >= best - 1e-9
-
-
-def test_one_pass_is_caught_in_time(wandering) -> None:
-    """With one link between two strings, delays fulfil it within a frame; nobody waits in vain."""
-    for seed in range(4):
-        state, library, table = scene_of(wandering, "pass-and-shoot", seed)
-        arrays = clip_arrays(library)
-        table = replace(table, rows=table.rows[table.rows["player"] == 0])
-        scene = scene_arrays(state, arrays, table, Weights())
-        place_start(scene, arrays)
-        (number,) = np.flatnonzero(scene.rows["kind"] == SYNCHRONISATION)
-        assert scene.cost[number] * 0.1 <= 1.0 / 30.0
-        assert scene.begin[:, 0].min() == 0
-        assert np.count_nonzero(scene.begin[:, 0]) <= 1
 
 
 @pytest.mark.parametrize("name", scene_texts.shipped(".tactics"))

@@ -24,11 +24,11 @@ from motiondb.scene.energy.binding import (
     bind,
 )
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
-from motiondb.scene.language.activity import Thing
+from motiondb.scene.language.activity import Answers, Thing
 from motiondb.scene.language.expressions import exact_actions, expressions
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.possession import first_holder, has_ball
-from motiondb.scene.language.tactics import aligned
+from motiondb.scene.language.tactics import aligned, answered
 from motiondb.scene.language.tactics_file import format_diagram, parse_diagram, read_diagram
 from motiondb.scene.services.casting import cast
 from motiondb.scene.thing.thing_acts import Aim, Possession, ThingActs, thing_acts
@@ -354,7 +354,7 @@ FIGHT = read_motion_grammar(
 )
 
 
-def answered(red: str, blue: str, drawn: str = "") -> list[tuple[int, str, list[int]]]:
+def answers_of(red: str, blue: str, drawn: str = "") -> list[tuple[int, str, list[int]]]:
     """Of every act and every unasked answer: its kind, whose rule, and the actions meant."""
     text = f"red R at 0 0\nblue B at 1 0\n{drawn}"
     diagram = read_diagram(text, "x", FIGHT.activity)
@@ -372,18 +372,18 @@ def answered(red: str, blue: str, drawn: str = "") -> list[tuple[int, str, list[
 
 
 def test_answers_are_one_to_one_and_in_order() -> None:
-    assert answered("punch kick", "parry duck") == [
+    assert answers_of("punch kick", "parry duck") == [
         (SYNCHRONISATION, "R0", [0]),
         (SYNCHRONISATION, "R1", [1]),
     ]
-    two = answered("punch", "duck duck")  # for one punch: the second answers nothing
+    two = answers_of("punch", "duck duck")  # for one punch: the second answers nothing
     assert two == [(SYNCHRONISATION, "R0", [0]), (UNMET, "B1", [])]
-    assert (UNMET, "R1", []) in answered("punch kick", "parry")
+    assert (UNMET, "R1", []) in answers_of("punch kick", "parry")
 
 
 def test_a_drawn_answer_is_that_of_its_step() -> None:
     drawn = "1 punch R on B\n2 kick R on B\n2 duck B\n"
-    assert answered("punch kick", "parry duck", drawn)[:2] == [
+    assert answers_of("punch kick", "parry duck", drawn)[:2] == [
         (SYNCHRONISATION, "R0", [0]),
         (SYNCHRONISATION, "R1", [1]),
     ]
@@ -411,6 +411,35 @@ def test_an_answer_of_somebody_else_is_drawn_in_the_step_of_its_act() -> None:
     table = bind(drawn, FIGHT, trees)
     rows = table.rows[table.rows["kind"] == SYNCHRONISATION]
     assert [(int(row["first"]), int(row["partner"])) for row in rows] == [(1, 1), (0, 2)]
+
+
+@pytest.mark.parametrize(
+    ("lines", "asked"),
+    [
+        ("1 punch R on B\n1 duck G", ["(punch)", "", "(duck)"]),  # aimed at B, whom G protects
+        ("1 punch R on B\n1 duck G on R", ["(punch)", "", "(duck)"]),
+        ("1 punch R on B\n1 duck G\n1 parry B", ["(punch)", "(parry)", "(duck)"]),
+        ("1 punch R on G\n1 duck G\n1 kick B on R", ["(punch)(parry|duck)", "(kick)", "(duck)"]),
+    ],
+)
+def test_who_is_named_answers_unless_only_others_are_drawn_to(lines: str, asked: list) -> None:
+    players = "red R at 0 0\nblue B at 1 0\ngreen G at 9 9\n"
+    drawn = expressions(read_diagram(players + lines, "x", FIGHT.activity))
+    assert ["".join(map(str, drawn[name])) for name in "RBG"] == asked
+
+
+def test_in_a_rally_of_four_each_hits_on_to_whom_they_like() -> None:
+    rally = Answers(("hit", "take"), ("serve", "hit"), 0.9)
+    serve, hits = [(0, 1, 1)], [[], [(0, 2, 2)], [(0, 3, 3)], [(0, 4, 0)]]
+    acts, replies = [serve, *hits[1:]], [[(1, 5, 3)], *hits[1:]]
+    assert set(answered(rally, acts, replies)) == {
+        ((0, 0), (1, 0)),
+        ((1, 0), (2, 0)),
+        ((2, 0), (3, 0)),
+        ((3, 0), (0, 1)),
+    }
+    ((act, _),) = answered(rally, [[]] * 4, [[], [(0, 2, 2)], [], []])  # nothing came to them
+    assert act == (2, -1)
 
 
 def test_pairs_are_as_many_as_possible() -> None:

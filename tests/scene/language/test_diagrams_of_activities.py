@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -10,13 +11,15 @@ from made_activities import CUP, DANCE, refusal, texts
 from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
 from motiondb.scene.energy.binding import (
+    AT_START,
     DISTANCE,
+    POSITION,
     SYNCHRONISATION,
     bind,
 )
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.semantic_rules import Spot
-from motiondb.scene.language.tactics_file import read_diagram
+from motiondb.scene.language.tactics_file import format_diagram, read_diagram
 from motiondb.scene.services.casting import cast, check_times
 
 WAYS = read_motion_grammar(
@@ -72,6 +75,7 @@ def test_steps_that_no_time_suits_or_that_are_not_drawn_are_told() -> None:
         ("1 run A too 0 3", "2:9: expected 'to', found 'too'. Did you mean to?"),
         ("1 run A vai B", "2:9: expected 'via', found 'vai'. Did you mean via?"),
         ("1 wait A\n1 wait A", "3:8: expected 'wait A' once in step 1, found 'A'. Line 2 says it"),
+        ("A keeps <= -1 m to B", "2:12: expected distances of 0 or more, the nearer first"),
         ("A keeps moving\nA keeps moving", "3:1: expected every line once, found 'A'. Line 2"),
         ("1 wait A caught 2", "2:8: expected 'caught' behind what gives"),
     ],
@@ -241,3 +245,44 @@ def test_what_somebody_sends_may_be_drawn_to_be_caught() -> None:
     drawn = players + "1 serve A to B\n2 hit B to A\n"
     assert texts(rally, drawn + "3 catch A") == {"A": "(serve)(catch)", "B": "(hit)"}
     assert "found none that lies anywhere" in refusal(rally, players + "1 catch B\n2 serve A to B")
+
+
+def test_a_distance_without_an_end_is_kept_and_written_as_it_is_read() -> None:
+    text = "player A at 0 0\nplayer B at 2 0\n1 wait A\nA keeps >= 1 m to B\nB keeps <= 3 m to A"
+    diagram = read_diagram(text, "x", WAYS.activity)
+    assert [(one.near, one.far) for one in diagram.stretches] == [(1.0, math.inf), (0.0, 3.0)]
+    assert read_diagram(format_diagram(diagram), "x", WAYS.activity).stretches[0].far == math.inf
+
+
+WEDDING = read_motion_grammar(
+    "start S\nrole bride, guest\nverb clap = clap with partner\nS -> clap | clap S\n"
+    'clap := "clap"\nclap: direction(bride), synchronisation(partner, clap, 0 s)\n',
+    "wedding",
+)
+
+
+def test_a_rule_about_a_role_that_only_its_own_player_fills_is_refused() -> None:
+    told = refusal(WEDDING, "bride Mia at 0 0\nguest Gus at 2 0\n1 clap Gus with Mia")
+    assert "expected a bride of Mia, whom the rule direction of clap is about, found none" in told
+    assert "Write of whom the rule is: 'clap in SYMBOL: ...'" in told
+    two = "bride Mia at 0 0\nguest Gus at 2 0\nbride Ida at 0 2\n1 clap Gus with Mia"
+    assert cast(read_diagram(two, "x", WEDDING.activity), WEDDING, "x")
+
+
+REACH = read_motion_grammar(
+    "start S\nobject cup at table\nplace table height 70 cm size 60 cm\nS -> get | lean\n"
+    'get := "get" event catch\nlean := "lean"\nget: take(cup), distance(cup, <= 60 cm)\n'
+    "lean: distance(table, <= 60 cm)\n",
+    "reach",
+)
+
+
+@pytest.mark.parametrize(("act", "goes"), [("get", True), ("lean", False)])
+def test_who_takes_a_thing_goes_to_it_from_half_a_metre_beyond_their_reach(
+    act: str, goes: bool
+) -> None:
+    drawn = f"place table at 0 1.4\nplayer A at 0 0\n1 {act} A"  # .8 m beyond
+    diagram = read_diagram(drawn, "x", REACH.activity)
+    rows = bind(diagram, REACH, [parse(REACH.started(), [act])]).rows
+    positions = rows[(rows["kind"] == POSITION) & (rows["moment"] == AT_START)]
+    assert len(positions) == 2 - goes  # where A begins, and where A is to act

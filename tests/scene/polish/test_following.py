@@ -11,11 +11,13 @@ from motiondb.grammar.cfg.parse import parse
 from motiondb.scene.clips.clip_cutting import compose
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
 from motiondb.scene.energy.binding import bind
+from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
 from motiondb.scene.polish.following import chase
 from motiondb.scene.polish.path_editing import COMFORT
 from motiondb.scene.polish.polish import _drift
+from motiondb.scene.timing.scene_schedule import _is_awaited
 
 TURNS = [math.radians(degrees) for degrees in (0.0, 45.0, -45.0, 90.0, -90.0)]
 FRAMES, METRES = 10, 0.6  # of a step
@@ -110,3 +112,12 @@ def test_the_drift_of_blends_is_what_leads_back_to_the_clips() -> None:
     found = lost + _drift(lost, entries, library())
     middles = np.arange(4) * FRAMES + FRAMES // 2
     np.testing.assert_allclose(found[middles], shown[middles], atol=1e-9)
+
+
+def test_a_guard_who_begins_too_far_away_is_awaited() -> None:
+    trees = [parse(GRAMMAR.started(), ["walk"])] * 3
+    table = bind(DIAGRAM, GRAMMAR, trees)
+    for metres, awaited in ((1.0, [False] * 3), (2.5, [True, False, False])):  # at most 2 m
+        places = ((0.0, 0.0, 0.0), (0.0, metres, 0.0), (5.0, 5.0, 0.0))
+        state = SceneState(tuple(PlayerState(trees[0], np.array([0]), at) for at in places))
+        assert [_is_awaited(state, table, player) for player in range(3)] == awaited

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -11,11 +13,11 @@ from motiondb.body import body, retarget
 from motiondb.grammar.cfg.parse import parse
 from motiondb.records import Motion
 from motiondb.scene.energy.binding import bind
+from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.polish.following import guarded
 from motiondb.scene.report.report_records import JumpReport, LimbReport
-from motiondb.scene.report.scene_report import _rule
+from motiondb.scene.report.scene_report import _leaps, _rule, _touching
 from motiondb.scene.report.seen import guard_reports, kept_reports, seen_faults
 from motiondb.scene.report.visible_motion import (
     JUMP_LIMIT,
@@ -35,7 +37,7 @@ from motiondb.scene.report.visible_motion import (
     travel_speeds,
 )
 from motiondb.scene.thing.thing_flight import Ball, Sent
-from motiondb.scene.timing.timeline import Timeline
+from motiondb.scene.timing.timeline import Timeline, guarded
 
 GRAMMAR = read_motion_grammar(
     """
@@ -346,6 +348,9 @@ def test_what_is_kept_up_is_measured_between_its_steps_in_the_written_frames() -
     assert (moving.start, moving.end) == (0, 70)  # until the last act ends
     assert moving.after == pytest.approx(50 / 30, abs=0.3)  # stands from frame 20 on
     assert not moving.kept
+    other = read_diagram(KEEPING + "A1 keeps moving\n", "g.tactics", grammar.activity)
+    *_, acting = kept_reports(bind(other, grammar, trees), timeline, [joints, joints])
+    assert (acting.player, acting.after) == ("A1", 0.0)  # does in place what is drawn
     seen = {
         (one.kind, one.players[0]) for one in seen_faults(table, timeline, [joints] * 2, [], None)
     }
@@ -368,11 +373,11 @@ def test_a_step_after_a_later_one_and_a_way_through_a_table_are_seen() -> None:
     walks, other = stands.copy(), stands.copy()
     walks[..., 2] = np.linspace(0.0, 6.0, 60)[:, None]
     other[..., 0] = 5.0 + np.linspace(0.0, 6.0, 60)[:, None]
-    for begins, found in ((0, {"place"}), (50, {"place", "order"})):
+    for event, found in ((22, {"place"}), (25, {"place", "order"})):  # B's is in frame 20
         timeline = Timeline(
             np.zeros((2, 60, 3)),
-            (np.array([begins]), np.array([0])),
-            (np.array([55]), np.array([20])),
+            (np.array([0]), np.array([0])),
+            (np.array([event]), np.array([20])),
             (np.array([60]), np.array([40])),
         )
         seen = list(seen_faults(table, timeline, [walks, other], [], None))
@@ -381,6 +386,41 @@ def test_a_step_after_a_later_one_and_a_way_through_a_table_are_seen() -> None:
         assert place.players == ("A", "table")
         middle = walks[place.start : place.end, 0, 2]
         np.testing.assert_allclose([middle.min(), middle.max()], [1.55, 2.45], atol=0.11)
+
+
+def test_who_sits_on_a_chair_is_not_in_its_way_and_who_walked_through_it_was() -> None:
+    grammar = read_motion_grammar(
+        "grammar g\nstart S\nplace chair at 0 2 height 45 cm size 60 cm\nS -> walk sit\n"
+        'walk := "walk"\nsit := "sit"\nverb sit = sit on target\nsit: distance(chair, <= 20 cm)',
+        "g.grammar",
+    )
+    diagram = read_diagram("player A at 0 0\n1 sit A on chair", "g", grammar.activity)
+    table = bind(diagram, grammar, [parse(grammar.started(), ["walk", "sit"])])
+    joints = np.zeros((60, 21, 3))
+    joints[..., 1], joints[..., 2] = 0.95, 2.0
+    joints[:10, :, 2] = joints[20:25, :, 2] = 0.0
+    joints[:, [body.INDEX["l_knee"], body.INDEX["r_knee"]], 1] = 0.4
+    timeline = Timeline(np.zeros((1, 60, 3)), (np.array([0, 30, 60]),), (np.array([15, 45]),))
+    places = [
+        one for one in seen_faults(table, timeline, [joints], [], None) if one.kind == "place"
+    ]
+    assert [(one.start, one.end) for one in places] == [(10, 20), (25, 30)]
+
+
+def test_limbs_that_touch_and_poses_that_leap_are_seen() -> None:
+    trees = [parse(GRAMMAR.started(), string.split()) for string in ("hold guard pass", "catch")]
+    table = bind(DIAGRAM, GRAMMAR, trees)
+    pairs = [LimbReport(("A1", "A2"), metres, 7, 2) for metres in (0.04, 0.0)]
+    (touch,) = _touching(table, pairs)  # the second pass through one another: that is impossible
+    assert (touch.players, touch.start, touch.value) == (("A1", "A2"), 7, 0.04)
+    state = SceneState(tuple(PlayerState(t, np.arange(len(t.leaves())), (0, 0, 0)) for t in trees))
+    seam = np.array([[0.0, 2.9, 0.0], [0.0, 0.0, 3.1], [0.0, 0.0, 0.0]])
+    timeline = Timeline(
+        np.zeros((2, 90, 3)), (np.array([0, 30, 60, 90]), np.array([0, 90])), ((), ())
+    )
+    (leap,) = _leaps(state, SimpleNamespace(seam=seam, seam_class=np.arange(3)), table, timeline)
+    assert leap.players == ("A1", "guard", "pass")
+    assert leap.start < 60 < leap.end
 
 
 def test_what_misses_its_target_or_goes_through_somebody_is_seen() -> None:

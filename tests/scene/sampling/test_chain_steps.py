@@ -8,7 +8,6 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from motiondb.errors import SceneError
 from motiondb.grammar.cfg.parse import parse
 from motiondb.scene.clips.clips import ClipLibrary, ClipSource
 from motiondb.scene.energy.binding import bind
@@ -17,7 +16,6 @@ from motiondb.scene.energy.placement import clip_arrays
 from motiondb.scene.energy.scene_arrays import PlayerState, SceneState
 from motiondb.scene.language.grammar_file import read_motion_grammar
 from motiondb.scene.language.tactics_file import read_diagram
-from motiondb.scene.sampling.annealing import SamplerSettings
 from motiondb.scene.sampling.clip_choice import clip_groups, smooth_entry
 from motiondb.scene.sampling.metropolis import origin_for_tail
 from motiondb.scene.sampling.play import make_play
@@ -99,19 +97,6 @@ def test_worked_ratio_of_a_jump(wandering) -> None:
     derivations = play.derivations[0]
     old, new = derivations.log_probability([3]), derivations.log_probability([4, 2])
     assert old - new == pytest.approx(math.log(0.6 / (0.4 * 0.3)))
-
-
-def test_settings_refuse_what_cannot_be() -> None:
-    with pytest.raises(SceneError, match=r"chains, temperature: .* found 0 and 0\.15\. "):
-        SamplerSettings(chains=0)
-    with pytest.raises(SceneError, match="shares: expected 6 numbers"):
-        SamplerSettings(shares=(1.0,))
-    with pytest.raises(SceneError, match=r"growth, recasting: .* sum to at most 1, found 0\.9 and"):
-        SamplerSettings(growth=0.9, recasting=0.3)
-    with pytest.raises(SceneError, match="growth, recasting: expected shares"):
-        SamplerSettings(recasting=-0.1)
-    with pytest.raises(SceneError, match=r"rounds, warmth: .* found 70 and 0\. "):
-        SamplerSettings(warmth=0.0)
 
 
 GRAMMAR = read_motion_grammar(

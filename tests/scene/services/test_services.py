@@ -203,7 +203,8 @@ def test_what_nobody_can_do_is_told_with_file_and_line(basketball) -> None:
         " (walk|run)*(screen)(block)."
     )
     assert told("defence D1 at 3 3\n1 pass A1 to D1").startswith(
-        "x.tactics:4: expected of D1 what the grammar basketball allows, found (catch). grammar:"
+        "x.tactics:4: expected of D1 what the grammar basketball allows, found (catch),"
+        " of which (catch) is for 'pass A1 to D1'. grammar:"
     )
     assert told("player C1 at 3 3\n1 shoot A1").startswith(
         "x.tactics:3: 'player C1': expected a start symbol for the role 'player'"

@@ -175,6 +175,22 @@ def test_who_guards_stays_with_the_run_that_is_guarded() -> None:
     assert guarded.delay == pytest.approx(45.0, abs=1.0)
 
 
+def test_who_hurries_waits_where_they_have_come_to() -> None:
+    meetings = [Meeting(0, 45.0, 1, 130.0, 0.0)]  # as sampled, with a delay of 85
+    for hurries, waited in ((False, (85.0, 0)), (True, (0.0, 85))):
+        one = replace(strings(30, 30, delay=85), hurries=hurries)
+        scheduled, _ = schedule([one, strings(200)], meetings)
+        assert (scheduled.delay, scheduled.pauses[0]) == pytest.approx(waited, abs=1.0)
+
+
+def test_a_later_step_waits_for_an_earlier_one_and_not_the_other_way_round() -> None:
+    for own, theirs in ((100.0, 10.0), (10.0, 100.0)):  # as they would be done at once
+        order = Meeting(0, own, 1, theirs, 6.0, weight=30.0, at_least=True)
+        one, other = schedule([strings(120), strings(120)], [], [order])
+        assert one.delay == 0.0
+        assert other.delay == pytest.approx(max(own + 6.0 - theirs, 0.0), abs=1.0)
+
+
 @settings(max_examples=20, deadline=None)
 @given(st.integers(0, 60), st.integers(0, 29), st.integers(0, 79), st.floats(-30, 30))
 def test_schedules_stay_within_their_bounds(delay: int, a: int, b: int, lag: float) -> None:

@@ -161,8 +161,10 @@ const SEEN: Record<string, string> = {
   misses: "misses the target",
   object: "is in the way of the object",
   reach: "reaches for the object in vain",
-  order: "begins after a later step",
+  order: "comes after a later step",
   place: "passes through a thing on the ground",
+  limbs: "has limbs that touch somebody",
+  leap: "changes the pose at once",
 };
 
 /** What a viewer sees at once although no rule is about it. */
