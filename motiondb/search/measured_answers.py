@@ -4,8 +4,7 @@ Words alone hardly tell it: captions rarely say which way, which hand, how often
 Measured are directions (:mod:`motiondb.meaning.travelled`), sides of limbs
 (:mod:`motiondb.meaning.limb_sides`), events, their number and where they are
 (:mod:`motiondb.meaning.occurrences`), how long somebody goes on travelling, rests or leaves,
-postures meanwhile, and how fast, high or far (:mod:`motiondb.meaning.amounts`). Four things can
-follow.
+postures meanwhile, and how fast, high or far (:mod:`motiondb.meaning.amounts`). Then:
 
 * The motion contradicts the question: no frame of the part goes in the direction, the other limb
   moves, there are more or fewer events, or it shows what the question excludes ("walk, but not

@@ -117,7 +117,7 @@ def test_what_lies_outside_an_edited_region_stays(
     edited = synthesis.choose_clips(*synthesis.clip_candidates(terminals, after, source, pinned))
     assert {k: edited.clips[k] for k in pinned} == pinned
     old = synthesis.synthesise(terminals, first.clips, source)
-    new = synthesis.synthesise(terminals, edited.clips, source, (3.0, -2.0), 1.5)
+    new = synthesis.synthesise(terminals, edited.clips, source)
     blend = stitching.BLEND_FRAMES // 2 + 1
     for a, b in ((0, 0), (4, 2), (5, 3)):
         (i, j), (m, n) = old.spans[a], new.spans[b]
@@ -127,8 +127,6 @@ def test_what_lies_outside_an_edited_region_stays(
             values(new.motion)[m:n][inside], values(old.motion)[i:j][inside], atol=2e-3
         )
         assert new.frames[m:n][inside].tolist() == old.frames[i:j][inside].tolist()
-    start = new.motion.root_positions[0]
-    np.testing.assert_allclose(start[[0, 2]], [3.0, -2.0], atol=1e-5)
 
 
 def test_place_and_heading_are_carried_on_and_no_seam_jumps(
