@@ -307,7 +307,7 @@ def _found(
     if event.startswith(("land", "takeoff")):
         is_after = bool(low) and event.startswith("land")
         high = min(high, low + AT_ONCE) if is_after else high  # that of the jump before it
-    elif posture_of(action):
+    elif posture_of(action) or event in ("walk", "run"):
         return events_of_side(seen, action, held_inside(events, low, high))
     return events_of_side(seen, action, [t for t in events if low <= sum(t) / 2 < high])
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import motiondb
+from motiondb.body.features import FEATURE_STEP
 from motiondb.language.question.parse import parse
 from motiondb.language.question.readings import Exclusion, readings, say, say_count
 from motiondb.language.question.tokens import time_of_take
@@ -19,7 +20,7 @@ from motiondb.meaning.postures import sitting
 from motiondb.records import FloatArray
 from motiondb.search import by_words
 from motiondb.search.asking import excluded_event, understand_learned
-from motiondb.search.measured_answers import _done_though_excluded, _ways
+from motiondb.search.measured_answers import _done_though_excluded, _found, _ways
 from motiondb.search.measured_postures import events_of_side
 from motiondb.search.placing import PartPlace
 from motiondb.search.seen_frames import SeenFrames
@@ -574,6 +575,15 @@ def test_hops_are_counted_on_their_leg() -> None:
     seen.__dict__["events"] = {"hop left": hops[:1], "hop right": hops[1:], "hop one": hops}.get
     for leg, counted in (("left", hops[:1]), ("right", hops[1:]), (SINGLE, hops)):
         assert events_of_side(seen, ("hop", leg, "leg"), hops) == counted
+
+
+def test_a_walk_after_another_action_begins_behind_it() -> None:
+    seen: Any = SeenFrames(*[None] * 3)  # type: ignore[arg-type]
+    seen.__dict__["events"] = {"walk": [(0, 90)], "jump": [(36, 60)]}.get
+    part: Any = None
+    room = slice(20, 45)
+    assert _found(seen, "walk", part, ("walk",), room) == [(FEATURE_STEP * 20, 90)]
+    assert _found(seen, "jump", part, ("jump",), room) == [(36, 60)]  # its middle is inside
 
 
 def test_a_hop_is_excluded_on_its_leg_alone() -> None:
