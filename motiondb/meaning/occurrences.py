@@ -20,8 +20,8 @@ cartwheel, flip,    a time in which the trunk is head downwards, with what leads
 somersault, roll,   handstand lasts a second, and in a roll the trunk need only be level
 handstand
 bend, bow           a time of at least 0.3 s in which the trunk leans and the pelvis is not low
-squat, crouch,      a time in which the pelvis is lower than in standing; who ducks may lean instead
-duck
+squat, crouch,      a time in which the pelvis is lower than in standing, and the feet are below it;
+duck                who ducks may lean instead
 sit                 a time of at least 1 s in which both thighs are level and the trunk upright
 seat                the beginning of such a time: "sit down"
 rise                the end of a time in which somebody sits or is low: "stand up", "get up"
@@ -80,6 +80,9 @@ FLIGHTS = ("jump", "hop", "leap", "jete")
 RISE = 0.06
 """Height of the pelvis above its lasting height, m, from which on it is aloft: running lifts it by
 about 4 cm."""
+FEET_AHEAD = 0.2
+"""Metres by which the ankles of who sits are ahead of the pelvis: in the squats of CMU and of the
+sample data they are up to 0.12, on its seats 0.26 or more."""
 STRIDE = 0.014
 """Metres for each (m/s)^2 below which a flight is the stride of a run: those of CMU and
 Bandai-Namco rise up to 0.013, jumps and leaps of dancers at least 0.016."""
@@ -312,7 +315,16 @@ def _lasting(track: FloatArray, word: str) -> list[tuple[int, int]]:
     else:
         low = track[:, 0] < STANDING - LOW[word]
         lasting = np.asarray(low | ((word == "duck") & (track[:, 14] > LEANS["bend"])))
-    return [(a, b) for a, b in closed_runs(lasting) if b - a >= SHORTEST_LEAN]
+    found = [(a, b) for a, b in closed_runs(lasting) if b - a >= SHORTEST_LEAN]
+    if word in ("squat", "crouch"):
+        return [time for time in found if not _is_seat(track, *time)]
+    return found
+
+
+def _is_seat(track: FloatArray, start: int, end: int) -> bool:
+    """Whether something bears the body where it is lowest: both feet are ahead of the pelvis."""
+    lowest = start + int(np.argmin(track[start:end, 0]))
+    return bool((track[lowest, 18:20] > FEET_AHEAD).all())
 
 
 def _ends(track: FloatArray, word: str) -> list[tuple[int, int]]:

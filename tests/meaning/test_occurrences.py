@@ -51,6 +51,16 @@ def test_a_squat_is_no_seat() -> None:
     assert find_occurrences(track, "squat") == [(40, 60)]
 
 
+def test_a_seat_is_no_squat() -> None:
+    """Feet ahead of the pelvis do not bear it."""
+    track = standing()
+    track[40:80, HEIGHT] -= 0.4
+    assert find_occurrences(track, "squat") == [(40, 80)]
+    track[40:80, 18:20] = 0.35
+    assert find_occurrences(track, "squat") == []
+    assert find_occurrences(track, "duck") == [(40, 80)]
+
+
 def test_who_bows_is_not_upside_down() -> None:
     track = standing()
     track[30:60, LEAN] = 1.0
