@@ -119,7 +119,7 @@ difference to how many excerpts the judge finds right (.61 to .64 of 36 actions 
 HELD_WEIGHT = 4.0
 """Value of a segment throughout which a posture is held, nats: one that holds it for less is grown
 into only where it holds it for three quarters (``excerpts.DROP``). By hand."""
-LONGEST_EVENT = 90  # Frames (3 s) of a bow or squat that no caption says
+LONGEST_EVENT = 90  # Frames (3 s) of a squat or another event that no caption says
 RARE = 60.0
 """Nats a frame. On CMU the median over the captures of a performer is 30 to 60 in walking,
 exercises and karate, 64 in ballet, 132 in acrobatics."""

@@ -74,14 +74,11 @@ def _is_said(asked: AskedWords, seen: SeenFrames, action: Sequence[str]) -> bool
     """Whether a caption of a take says the posture of an action, or where its hand is."""
     if asked.evidence.written.get(seen.capture) is None:
         return False
-    if not posture_of(action):
-        heads = {*action} - MODIFIERS
-        return any(
-            not heads.isdisjoint(words) for words in asked.learned.said_actions(seen.capture)
-        )
     posture, core = posture_of(action), {*action} - PLAIN
-    is_at = posture.startswith("at ") and len(core) > 1  # "sit, ankle on knee, hand on chin"
     said = asked.learned.said_actions(seen.capture)
+    if not posture:
+        return any(not {*action}.isdisjoint({*words} - MODIFIERS) for words in said)
+    is_at = posture.startswith("at ") and len(core) > 1  # "sit, ankle on knee, hand on chin"
     return any(posture_of(words) == posture or (is_at and core <= {*words}) for words in said)
 
 

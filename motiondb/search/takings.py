@@ -69,12 +69,7 @@ from motiondb.learn.learned import Learned
 from motiondb.meaning.amounts import degree_of
 from motiondb.meaning.limb_sides import PLAIN
 from motiondb.meaning.occurrences import beside_event, seen_event
-from motiondb.meaning.postures import (
-    OF_POSTURES,
-    beside_posture,
-    is_posture_alone,
-    posture_of,
-)
+from motiondb.meaning.postures import OF_POSTURES, beside_posture, is_posture_alone, posture_of
 from motiondb.meaning.travelled import directions_to_measure
 
 TAKEN = 0.5
@@ -376,7 +371,12 @@ class Sentence:
 
     def _event(self, words: Sequence[str]) -> str:
         """The posture of an action, or its clear event where captions say none of its words."""
-        return seen_event(words, self.learned.word_numbers.keys() | self.found)
+        return seen_event(words, self._named)
+
+    @cached_property
+    def _named(self) -> frozenset[str]:
+        """The words that captions say, and those that are found where they are written."""
+        return self.found.union(self.learned.word_numbers)
 
     def _is_said(self, words: Sequence[str], of_postures: frozenset[str]) -> bool:
         """Whether captions say the posture of an action: of a hand at a place, all its words."""
